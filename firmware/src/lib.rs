@@ -1,0 +1,2 @@
+//! The sensor box application.
+#![no_std]

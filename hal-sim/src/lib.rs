@@ -1,0 +1,2 @@
+//! Simulated hardware and plants.
+pub mod plant;

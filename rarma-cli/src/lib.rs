@@ -1,0 +1,1 @@
+//! The `rarma` command as a library, so that tests can call it.

@@ -1,0 +1,2 @@
+//! rarma
+fn main() {}

@@ -1,0 +1,2 @@
+//! Recursive ARMA identification of machine-tool vibration.
+#![no_std]
