@@ -1,2 +1,14 @@
-//! Recursive ARMA identification of machine-tool vibration.
-#![no_std]
+//! Listening to machine tools: recursive ARMA identification of the vibration of
+//! a cut, at every sample, on a microcontroller.
+#![cfg_attr(not(test), no_std)]
+#![forbid(unsafe_code)]
+
+pub mod condition;
+pub mod decide;
+pub mod estimate;
+pub mod monitor;
+mod order;
+pub mod real;
+pub mod spectrum;
+pub use order::Order;
+pub use real::Real;

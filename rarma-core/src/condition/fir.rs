@@ -1,0 +1,148 @@
+//! One decimation stage: a linear-phase low-pass whose output is kept every m-th
+//! sample. Rate: once an input sample, the products only once an output sample.
+
+use crate::real::Real;
+
+/// Longest filter of one stage.
+pub const MAX_TAPS: usize = 64;
+/// Stop-band attenuation the filters are designed for, dB.
+pub const STOP_DB: f64 = 60.0;
+
+/// A decimation stage; the identity where `factor` is 1.
+#[derive(Debug, Clone)]
+pub struct FirStage<T> {
+    taps: [T; MAX_TAPS],
+    history: [T; MAX_TAPS],
+    length: usize,
+    at: usize,
+    factor: usize,
+    phase: usize,
+}
+
+impl<T: Real> FirStage<T> {
+    /// A stage that passes everything.
+    pub fn identity() -> Self {
+        Self {
+            taps: [T::ZERO; MAX_TAPS],
+            history: [T::ZERO; MAX_TAPS],
+            length: 1,
+            at: 0,
+            factor: 1,
+            phase: 0,
+        }
+    }
+
+    /// Low-pass for decimation by `factor` from rate `fs`, flat up to `pass` Hz and
+    /// [`STOP_DB`] down from `stop` Hz: windowed sinc, Kaiser window. Requires
+    /// 0 < pass < stop ≤ fs/2; the length is limited to [`MAX_TAPS`].
+    pub fn design(factor: usize, fs: f64, pass: f64, stop: f64) -> Self {
+        let pi = core::f64::consts::PI;
+        let width = 2.0 * pi * (stop - pass) / fs;
+        let wanted = libm::ceil((STOP_DB - 7.95) / (2.285 * width)) as usize + 1;
+        // Odd, so that the delay is a whole number of samples.
+        let length = (wanted | 1).clamp(3, MAX_TAPS - 1);
+        let beta = 0.1102 * (STOP_DB - 8.7);
+        let cut = (pass + stop) / fs; // twice the cut-off over the rate
+        let centre = (length - 1) as f64 / 2.0;
+        let mut raw = [0.0f64; MAX_TAPS];
+        let mut sum = 0.0;
+        for (n, h) in raw[..length].iter_mut().enumerate() {
+            let x = n as f64 - centre;
+            let sinc = if x == 0.0 {
+                cut
+            } else {
+                libm::sin(pi * cut * x) / (pi * x)
+            };
+            let r = x / centre;
+            *h = sinc * bessel_i0(beta * libm::sqrt((1.0 - r * r).max(0.0)));
+            sum += *h;
+        }
+        Self {
+            taps: raw.map(|h| T::from_f64(h / sum)),
+            history: [T::ZERO; MAX_TAPS],
+            length,
+            at: 0,
+            factor,
+            phase: 0,
+        }
+    }
+
+    /// Delay of the stage in its input samples.
+    pub fn delay(&self) -> f64 {
+        (self.length - 1) as f64 / 2.0
+    }
+
+    /// Takes one sample; gives one every `factor`-th time.
+    #[inline(always)]
+    pub fn process(&mut self, x: T) -> Option<T> {
+        if self.factor == 1 && self.length == 1 {
+            return Some(x);
+        }
+        self.history[self.at] = x;
+        self.at = if self.at + 1 >= self.length {
+            0
+        } else {
+            self.at + 1
+        };
+        self.phase += 1;
+        if self.phase < self.factor {
+            return None;
+        }
+        self.phase = 0;
+        // Oldest sample at `at`; taps are symmetric, so the order does not matter
+        // as long as it is one of the two.
+        let (newer, older) = self.history[..self.length].split_at(self.at);
+        let (h_old, h_new) = self.taps[..self.length].split_at(older.len());
+        let mut sum = T::ZERO;
+        for (h, x) in h_old.iter().zip(older) {
+            sum += *h * *x;
+        }
+        for (h, x) in h_new.iter().zip(newer) {
+            sum += *h * *x;
+        }
+        Some(sum)
+    }
+}
+
+/// Modified Bessel function of the first kind, order 0, by its series.
+fn bessel_i0(x: f64) -> f64 {
+    let quarter = x * x / 4.0;
+    let (mut term, mut sum) = (1.0, 1.0);
+    for k in 1..40 {
+        term *= quarter / (k * k) as f64;
+        sum += term;
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Amplitude of the output for a unit tone at f, over whole output samples.
+    fn gain(stage: &mut FirStage<f64>, fs: f64, f: f64) -> f64 {
+        let mut peak = 0.0f64;
+        for n in 0..20_000 {
+            let x = (2.0 * core::f64::consts::PI * f * n as f64 / fs + 0.3).sin();
+            if let Some(y) = stage.process(x)
+                && n > 1000
+            {
+                peak = peak.max(y.abs());
+            }
+        }
+        peak
+    }
+
+    #[test]
+    fn passes_the_band_and_stops_what_would_fold_into_it() {
+        let make = || FirStage::<f64>::design(2, 12_000.0, 2500.0, 3500.0);
+        for f in [50.0, 1000.3, 2400.7] {
+            let g = gain(&mut make(), 12_000.0, f);
+            assert!((0.985..1.005).contains(&g), "gain {g} at {f} Hz");
+        }
+        for f in [3550.0, 4000.1, 5900.3] {
+            let g = gain(&mut make(), 12_000.0, f);
+            assert!((1e-7..2e-3).contains(&g), "gain {g} at {f} Hz");
+        }
+    }
+}

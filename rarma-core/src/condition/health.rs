@@ -1,0 +1,176 @@
+//! Can the samples be trusted? NaN, Inf, clipped, stuck, missing.
+//!
+//! Rate: once an input sample. What is wrong is named; a bad value is never
+//! passed on, its place is taken by the last good one.
+
+use crate::real::Real;
+use serde::{Deserialize, Serialize};
+
+/// What is wrong with the signal, if anything; the gravest first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Fault {
+    /// A sample was NaN or infinite within the last [`HOLD_S`].
+    NotFinite,
+    /// Samples were reported missing within the last [`HOLD_S`].
+    Missing,
+    /// The same value for [`STUCK_S`] and more.
+    Stuck,
+    /// More than [`CLIPPED_FRACTION`] of the recent samples at full scale.
+    Clipped,
+}
+
+/// A fault is held for this long after its last sign, s.
+pub const HOLD_S: f64 = 0.1;
+/// A value that stays the same for this long is no vibration, s.
+pub const STUCK_S: f64 = 0.05;
+/// Least run of equal samples called stuck, whatever the rate.
+const STUCK_SAMPLES: u32 = 32;
+/// Fraction of samples at full scale, over the last [`CLIP_MEMORY_S`], that makes
+/// a signal untrustworthy.
+pub const CLIPPED_FRACTION: f64 = 0.02;
+/// Memory of the clipped fraction, s.
+pub const CLIP_MEMORY_S: f64 = 0.05;
+
+/// Counts since the start, for the report.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct HealthCounts {
+    /// NaN or infinite samples.
+    pub not_finite: u32,
+    /// Samples at or above 0.999 of full scale.
+    pub clipped: u32,
+    /// Samples inside stuck runs.
+    pub stuck: u32,
+    /// Samples reported missing.
+    pub missing: u32,
+}
+
+/// Watches one channel.
+#[derive(Debug, Clone)]
+pub struct Health<T> {
+    clip_level: Option<T>,
+    clip_gain: T,
+    clipped: T,
+    stuck_run: u32,
+    hold: u32,
+    last: T,
+    run: u32,
+    since_bad: u32,
+    since_missing: u32,
+    counts: HealthCounts,
+}
+
+impl<T: Real> Health<T> {
+    /// Watches a channel of rate `fs` Hz; `full_scale` in input units where the
+    /// converter's range is known.
+    pub fn new(fs: f64, full_scale: Option<f64>) -> Self {
+        let samples = |seconds: f64| (seconds * fs).clamp(1.0, 1e9) as u32;
+        Self {
+            clip_level: full_scale.map(|f| T::from_f64(0.999 * f)),
+            clip_gain: T::from_f64(1.0 / (CLIP_MEMORY_S * fs).max(20.0)),
+            clipped: T::ZERO,
+            stuck_run: samples(STUCK_S).max(STUCK_SAMPLES),
+            hold: samples(HOLD_S),
+            last: T::ZERO,
+            run: 0,
+            since_bad: u32::MAX,
+            since_missing: u32::MAX,
+            counts: HealthCounts::default(),
+        }
+    }
+
+    /// Takes one sample and gives it back, or the last good one in its place.
+    #[inline(always)]
+    pub fn admit(&mut self, x: T) -> T {
+        self.since_bad = self.since_bad.saturating_add(1);
+        self.since_missing = self.since_missing.saturating_add(1);
+        if !x.is_finite() {
+            self.since_bad = 0;
+            self.counts.not_finite = self.counts.not_finite.saturating_add(1);
+            return self.last;
+        }
+        if x == self.last {
+            self.run = self.run.saturating_add(1);
+            if self.run >= self.stuck_run {
+                self.counts.stuck = self.counts.stuck.saturating_add(1);
+            }
+        } else {
+            self.run = 0;
+        }
+        if let Some(level) = self.clip_level {
+            let at_limit = x.abs() >= level;
+            if at_limit {
+                self.counts.clipped = self.counts.clipped.saturating_add(1);
+            }
+            let target = if at_limit { T::ONE } else { T::ZERO };
+            self.clipped += self.clip_gain * (target - self.clipped);
+        }
+        self.last = x;
+        x
+    }
+
+    /// The source lost `samples` samples just now (overrun, dropped frame).
+    pub fn missing(&mut self, samples: u32) {
+        self.since_missing = 0;
+        self.counts.missing = self.counts.missing.saturating_add(samples);
+    }
+
+    /// What is wrong now.
+    pub fn fault(&self) -> Option<Fault> {
+        if self.since_bad < self.hold {
+            Some(Fault::NotFinite)
+        } else if self.since_missing < self.hold {
+            Some(Fault::Missing)
+        } else if self.run >= self.stuck_run {
+            Some(Fault::Stuck)
+        } else if self.clipped > T::from_f64(CLIPPED_FRACTION) {
+            Some(Fault::Clipped)
+        } else {
+            None
+        }
+    }
+
+    /// Counts since the start.
+    pub fn counts(&self) -> HealthCounts {
+        self.counts
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn feed(health: &mut Health<f32>, n: usize, f: impl Fn(usize) -> f32) {
+        for i in 0..n {
+            assert!(health.admit(f(i)).is_finite());
+        }
+    }
+
+    #[test]
+    fn names_each_fault_and_lets_it_go() {
+        let tone = |i: usize| 0.5 * (i as f32 * 0.3).sin();
+        let mut h = Health::<f32>::new(8000.0, Some(1.0));
+        feed(&mut h, 1000, tone);
+        assert_eq!(h.fault(), None);
+        feed(&mut h, 1, |_| f32::NAN);
+        assert_eq!(h.fault(), Some(Fault::NotFinite));
+        feed(&mut h, 790, tone);
+        assert_eq!(h.fault(), Some(Fault::NotFinite));
+        feed(&mut h, 20, tone);
+        assert_eq!(h.fault(), None);
+        feed(&mut h, 500, |_| 0.25);
+        assert_eq!(h.fault(), Some(Fault::Stuck));
+        feed(&mut h, 2, tone);
+        assert_eq!(h.fault(), None);
+        feed(&mut h, 400, |i| {
+            (2.0 * (i as f32 * 0.3).sin()).clamp(-1.0, 1.0)
+        });
+        assert_eq!(h.fault(), Some(Fault::Clipped));
+        feed(&mut h, 4000, tone);
+        assert_eq!(h.fault(), None);
+        h.missing(7);
+        assert_eq!(h.fault(), Some(Fault::Missing));
+        let counts = h.counts();
+        assert_eq!((counts.not_finite, counts.missing), (1, 7));
+        assert!(counts.clipped > 200 && counts.stuck > 50);
+    }
+}

@@ -1,0 +1,14 @@
+//! Samples in: health, offset, band-pass, decimation.
+//!
+//! Words: *full scale*, the largest value the converter can give; *band*, the
+//! frequencies that are analysed; *decimated rate*, the rate the estimator runs at.
+
+mod band;
+mod biquad;
+mod fir;
+mod health;
+
+pub use band::{Band, BandError, BandFilter, TOP_FRACTION};
+pub use biquad::{Biquad, BiquadState, Pass};
+pub use fir::{FirStage, MAX_TAPS, STOP_DB};
+pub use health::{CLIPPED_FRACTION, Fault, HOLD_S, Health, HealthCounts, STUCK_S};

@@ -1,0 +1,323 @@
+//! The verdict: threshold on ζ with hysteresis, and the alarm it raises.
+//!
+//! Rate: decision rate. The rule of the first verdict, in words: a mode is
+//! *undamped* where ζ plus one standard deviation lies below the threshold, and
+//! *loud* where it holds a good part of the band's power. Undamped, loud, not
+//! explained by the rotation, and that for a while: chatter. It is over when the
+//! damping is back for certain, or the vibration has gone. In between nothing
+//! changes: a limit cycle that the spindle modulates reads several percent at
+//! times, and is chatter all the same.
+
+use super::mode::{Label, Mode};
+use crate::condition::Fault;
+use crate::real::Real;
+use serde::{Deserialize, Serialize};
+
+/// What the monitor believes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum State {
+    /// Not enough signal yet.
+    Starting,
+    /// Nothing is being cut.
+    Idle,
+    /// Cutting; every mode is damped.
+    Stable,
+    /// A mode is losing its damping.
+    Warning,
+    /// Chatter.
+    Chatter,
+    /// The samples cannot be trusted.
+    Invalid,
+}
+
+/// Why the monitor believes it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Reason {
+    /// Nothing to remark.
+    None,
+    /// The estimator is in its start-up.
+    EstimatorStarting,
+    /// The roots are being searched for anew.
+    RootsLost,
+    /// The level is that of idle.
+    LevelAtIdle,
+    /// A mode is undamped and loud, for too short a time to be called.
+    Undamped,
+    /// At its present rate a mode reaches the threshold soon.
+    LosingDamping,
+    /// A mode is undamped but sits on a multiple of the rotation.
+    ForcedOnly,
+    /// The samples are bad, see the fault.
+    Samples(Fault),
+}
+
+/// Settings of the verdict.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AlarmConfig<T> {
+    /// Damping ratio below which a mode counts as undamped, 0.0005..=0.2,
+    /// default 0.01.
+    pub threshold: T,
+    /// The alarm is released by damping only when ζ minus one standard deviation
+    /// is above this multiple of the threshold. Default 4.
+    pub release_ratio: T,
+    /// Least part of the band's power at the mode, 0..=1, default 0.25.
+    pub loud_share: T,
+    /// Undamped and loud for this long is chatter, s. Default 0.06.
+    pub confirm_s: T,
+    /// Damped or gone for this long ends it, s. Default 0.15.
+    pub release_s: T,
+    /// Gone: the amplitude is below this part of its mean over the alarm. Default
+    /// 0.2 (−14 dB).
+    pub gone_ratio: T,
+    /// Warn when a mode would reach the threshold within this time at its present
+    /// gradient, s. Default 0.3.
+    pub warn_ahead_s: T,
+}
+
+impl<T: Real> Default for AlarmConfig<T> {
+    fn default() -> Self {
+        Self {
+            threshold: T::from_f64(0.01),
+            release_ratio: T::from_f64(4.0),
+            loud_share: T::from_f64(0.25),
+            confirm_s: T::from_f64(0.06),
+            release_s: T::from_f64(0.15),
+            gone_ratio: T::from_f64(0.2),
+            warn_ahead_s: T::from_f64(0.3),
+        }
+    }
+}
+
+impl<T: Real> AlarmConfig<T> {
+    /// ζ + sd below the threshold.
+    pub fn undamped(&self, damping: (T, T)) -> bool {
+        // NaN compares false: never undamped.
+        damping.0 + damping.1 < self.threshold
+    }
+
+    /// The mode holds enough of the band's power.
+    pub fn loud(&self, share: T) -> bool {
+        share >= self.loud_share
+    }
+}
+
+/// The standing alarm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Standing<T> {
+    /// Place of the mode among the tracked ones.
+    pub slot: usize,
+    /// Power-weighted mean frequency since the call, Hz.
+    pub frequency: T,
+    /// Lowest damping ratio since the call.
+    pub lowest_damping: T,
+    mean_amplitude: T,
+    weight: T,
+    over_s: T,
+    explained_s: T,
+}
+
+/// What happened to the alarm in one decision.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum AlarmEvent<T> {
+    /// Nothing.
+    None,
+    /// Called: mode frequency (Hz) and damping ratio.
+    On {
+        /// Frequency of the mode, Hz.
+        frequency: T,
+        /// Its damping ratio.
+        damping: T,
+    },
+    /// Released: mean frequency (Hz) and lowest damping ratio while it stood.
+    Off {
+        /// Power-weighted mean frequency, Hz.
+        frequency: T,
+        /// Lowest damping ratio.
+        lowest_damping: T,
+    },
+}
+
+/// Raises and releases the alarm.
+#[derive(Debug, Clone)]
+pub struct Alarm<T> {
+    config: AlarmConfig<T>,
+    standing: Option<Standing<T>>,
+}
+
+/// Memory of the mean amplitude while an alarm stands, s.
+const AMPLITUDE_TAU_S: f64 = 1.0;
+/// On a multiple of the speed for this long, the alarm was a forced line, s.
+const EXPLAINED_S: f64 = 1.0;
+/// The alarm's mode may jump this far (relative) to another place and is still it.
+const SAME_MODE: f64 = 0.03;
+
+impl<T: Real> Alarm<T> {
+    /// No alarm.
+    pub fn new(config: AlarmConfig<T>) -> Self {
+        Self {
+            config,
+            standing: None,
+        }
+    }
+
+    /// The alarm that stands, if one does.
+    pub fn standing(&self) -> Option<&Standing<T>> {
+        self.standing.as_ref()
+    }
+
+    /// One decision over the modes (with the time each has been suspect, s).
+    /// `may_call` is false while nothing is cut or the samples are bad.
+    pub fn update(
+        &mut self,
+        modes: &[Option<(Mode<T>, T)>],
+        may_call: bool,
+        period_s: T,
+    ) -> AlarmEvent<T> {
+        match self.standing {
+            Some(standing) => self.follow(standing, modes, period_s),
+            None if may_call => self.call(modes),
+            None => AlarmEvent::None,
+        }
+    }
+
+    /// Loudest mode that has been suspect for long enough.
+    fn call(&mut self, modes: &[Option<(Mode<T>, T)>]) -> AlarmEvent<T> {
+        let mut loudest: Option<(usize, &Mode<T>)> = None;
+        for (slot, mode) in modes.iter().enumerate() {
+            if let Some((mode, suspicion)) = mode
+                && *suspicion >= self.config.confirm_s
+                && loudest.is_none_or(|(_, m)| mode.amplitude > m.amplitude)
+            {
+                loudest = Some((slot, mode));
+            }
+        }
+        let Some((slot, mode)) = loudest else {
+            return AlarmEvent::None;
+        };
+        self.standing = Some(Standing {
+            slot,
+            frequency: mode.frequency,
+            lowest_damping: mode.damping,
+            mean_amplitude: mode.amplitude,
+            weight: mode.amplitude * mode.amplitude,
+            over_s: T::ZERO,
+            explained_s: T::ZERO,
+        });
+        AlarmEvent::On {
+            frequency: mode.frequency,
+            damping: mode.damping,
+        }
+    }
+
+    fn follow(
+        &mut self,
+        mut s: Standing<T>,
+        modes: &[Option<(Mode<T>, T)>],
+        period_s: T,
+    ) -> AlarmEvent<T> {
+        s.slot = self.locate(&s, modes);
+        let mode = modes.get(s.slot).copied().flatten().map(|(mode, _)| mode);
+        let over = match mode {
+            None => true,
+            Some(mode) => {
+                let damped = mode.damping - mode.damping_sd
+                    > self.config.threshold * self.config.release_ratio;
+                let gone = mode.amplitude < s.mean_amplitude * self.config.gone_ratio;
+                if !damped && !gone {
+                    let gain = (period_s / T::from_f64(AMPLITUDE_TAU_S)).min(T::ONE);
+                    s.mean_amplitude += gain * (mode.amplitude - s.mean_amplitude);
+                    let w = mode.amplitude * mode.amplitude;
+                    s.weight += w;
+                    if s.weight > T::ZERO {
+                        s.frequency += (mode.frequency - s.frequency) * (w / s.weight);
+                    }
+                    s.lowest_damping = s.lowest_damping.min(mode.damping);
+                }
+                damped || gone
+            }
+        };
+        // A chatter frequency may drift through a multiple of the speed; one that
+        // stays on it was a forced line all along.
+        s.explained_s = match mode {
+            Some(mode) if mode.harmonic.is_some() => s.explained_s + period_s,
+            _ => T::ZERO,
+        };
+        let explained = s.explained_s > T::from_f64(EXPLAINED_S);
+        s.over_s = if over { s.over_s + period_s } else { T::ZERO };
+        if s.over_s < self.config.release_s && !explained {
+            self.standing = Some(s);
+            return AlarmEvent::None;
+        }
+        self.standing = None;
+        AlarmEvent::Off {
+            frequency: s.frequency,
+            lowest_damping: s.lowest_damping,
+        }
+    }
+
+    /// Ends a standing alarm: nothing can be heard any more.
+    pub fn release(&mut self) -> AlarmEvent<T> {
+        match self.standing.take() {
+            Some(s) => AlarmEvent::Off {
+                frequency: s.frequency,
+                lowest_damping: s.lowest_damping,
+            },
+            None => AlarmEvent::None,
+        }
+    }
+
+    /// The alarm's mode keeps its place; if that place has gone elsewhere, the
+    /// loudest mode close to the alarm's frequency takes over.
+    fn locate(&self, s: &Standing<T>, modes: &[Option<(Mode<T>, T)>]) -> usize {
+        let near = |mode: &Mode<T>| {
+            (mode.frequency - s.frequency).abs() < s.frequency * T::from_f64(SAME_MODE)
+        };
+        let mut best = s.slot;
+        let mut loudness = match modes.get(s.slot) {
+            Some(Some((mode, _))) if near(mode) => mode.amplitude,
+            _ => T::ZERO,
+        };
+        for (slot, mode) in modes.iter().enumerate() {
+            if let Some((mode, _)) = mode
+                && near(mode)
+                && mode.amplitude > loudness * T::from_f64(1.5)
+            {
+                best = slot;
+                loudness = mode.amplitude;
+            }
+        }
+        best
+    }
+
+    /// Puts the verdict into a word: the state and why.
+    pub fn judge(&self, modes: &[Option<(Mode<T>, T)>], cutting: bool) -> (State, Reason) {
+        if self.standing.is_some() {
+            return (State::Chatter, Reason::None);
+        }
+        if !cutting {
+            return (State::Idle, Reason::LevelAtIdle);
+        }
+        let mut forced = false;
+        let mut losing = false;
+        for (mode, suspicion) in modes.iter().flatten() {
+            if *suspicion > T::ZERO {
+                return (State::Warning, Reason::Undamped);
+            }
+            let c = &self.config;
+            let undamped = c.undamped((mode.damping, mode.damping_sd));
+            forced |= mode.label == Label::Forced && undamped;
+            let ahead = mode.damping + mode.gradient * c.warn_ahead_s;
+            losing |= mode.label != Label::Forced
+                && c.loud(mode.share)
+                && mode.damping < c.threshold * c.release_ratio
+                && ahead < c.threshold;
+        }
+        if losing {
+            (State::Warning, Reason::LosingDamping)
+        } else if forced {
+            (State::Stable, Reason::ForcedOnly)
+        } else {
+            (State::Stable, Reason::None)
+        }
+    }
+}

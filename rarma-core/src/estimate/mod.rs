@@ -1,0 +1,20 @@
+//! Models from samples: recursive ARMA.
+//!
+//! Words: *innovation*, the one-step prediction error e; *gradient* ψ, minus its
+//! derivative by the parameters; *forgetting* λ, the weight of a sample relative
+//! to the next; *random walk*, the variance by which parameters are allowed to
+//! wander between samples.
+
+mod bounded;
+mod config;
+mod rarma;
+mod schur;
+mod ud;
+
+pub use bounded::BoundedArma;
+pub use config::{ConfigError, Gradient, RarmaConfig};
+pub use rarma::{
+    Arma21, Arma22, Arma43, Arma44, Arma65, Arma66, Arma87, Arma88, Limit, RecursiveArma, Status,
+    Step,
+};
+pub use ud::UdFactors;

@@ -1,0 +1,76 @@
+//! Is a polynomial stable? The Schur–Cohn test by step-down, in fixed time.
+
+use crate::real::Real;
+
+/// True if every root of z^q + c₁ z^(q-1) + … + c_q lies inside |z| < `radius`.
+///
+/// Roots are scaled by 1/radius (c_i → c_i/radiusⁱ) and the reflection
+/// coefficients computed downwards; all below 1 in magnitude means stable. Up to
+/// `N` coefficients; c is without the leading 1. NaN counts as unstable.
+#[inline(always)]
+pub fn inside<T: Real, const N: usize>(c: &[T], radius: T) -> bool {
+    let q = c.len();
+    let mut a = [T::ZERO; N];
+    let inverse = T::ONE / radius;
+    let mut power = T::ONE;
+    for i in 0..q {
+        power *= inverse;
+        a[i] = c[i] * power;
+    }
+    for m in (1..=q).rev() {
+        let k = a[m - 1];
+        let rest = T::ONE - k * k;
+        if !(rest > T::ZERO) || !k.is_finite() {
+            return false;
+        }
+        let scale = T::ONE / rest;
+        // a_i ← (a_i − k·a_{m−i})/(1 − k²), pairwise from both ends.
+        let half = (m - 1) / 2;
+        for i in 0..half {
+            let (x, y) = (a[i], a[m - 2 - i]);
+            a[i] = (x - k * y) * scale;
+            a[m - 2 - i] = (y - k * x) * scale;
+        }
+        if (m - 1) % 2 == 1 {
+            a[half] = a[half] * (T::ONE - k) * scale;
+        }
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::inside;
+
+    fn polynomial(roots: &[(f64, f64)]) -> Vec<f64> {
+        let mut p = vec![1.0];
+        for &(re, im) in roots {
+            let factor = [1.0, -2.0 * re, re * re + im * im];
+            let mut next = vec![0.0; p.len() + 2];
+            for (i, x) in p.iter().enumerate() {
+                for (j, y) in factor.iter().enumerate() {
+                    next[i + j] += x * y;
+                }
+            }
+            p = next;
+        }
+        p[1..].to_vec()
+    }
+
+    extern crate std;
+    use std::{vec, vec::Vec};
+
+    #[test]
+    fn decides_on_both_sides_of_the_circle() {
+        for r in [0.5, 0.9, 0.99, 0.999] {
+            let pair = |r: f64, t: f64| (r * libm::cos(t), r * libm::sin(t));
+            let c = polynomial(&[pair(r, 0.7), pair(0.8, 2.0), pair(0.3, 1.0)]);
+            assert!(inside::<f64, 6>(&c, (r + 1e-4f64).max(0.81)));
+            assert!(!inside::<f64, 6>(&c, r.max(0.8) - 1e-4));
+        }
+        assert!(inside::<f64, 3>(&[], 1.0));
+        assert!(inside::<f64, 3>(&[-0.5], 1.0));
+        assert!(!inside::<f64, 3>(&[-1.5], 1.0));
+        assert!(!inside::<f32, 3>(&[f32::NAN, 0.1], 1.0));
+    }
+}

@@ -1,0 +1,73 @@
+//! A monitor whose order is chosen at run time.
+
+use super::{Monitor, MonitorConfig, MonitorError, Report};
+use crate::condition::HealthCounts;
+use crate::order::Order;
+use crate::real::Real;
+
+macro_rules! any_monitor {
+    ($($variant:ident: $p:literal, $q:literal, $n:literal;)*) => {
+        /// A [`Monitor`] of any order the box offers. As large as the largest.
+        #[derive(Debug, Clone)]
+        // The sizes differ on purpose: one value lives in static memory for ever.
+        #[allow(clippy::large_enum_variant)]
+        pub enum AnyMonitor<T> {
+            $(
+                #[doc = concat!("ARMA(", $p, ",", $q, ").")]
+                $variant(Monitor<T, $p, $q, $n>),
+            )*
+        }
+
+        impl<T: Real> AnyMonitor<T> {
+            /// A monitor of the order in `config`.
+            ///
+            /// # Errors
+            /// See [`MonitorConfig::check`].
+            pub fn new(config: &MonitorConfig) -> Result<Self, MonitorError> {
+                Ok(match config.order {
+                    $(Order::$variant => Self::$variant(Monitor::new(config)?),)*
+                })
+            }
+
+            /// Takes one sample; see [`Monitor::push`].
+            #[inline]
+            pub fn push(&mut self, x: T) -> Option<Report<T>> {
+                match self {
+                    $(Self::$variant(m) => m.push(x),)*
+                }
+            }
+
+            /// See [`Monitor::missing`].
+            pub fn missing(&mut self, samples: u32) {
+                match self {
+                    $(Self::$variant(m) => m.missing(samples),)*
+                }
+            }
+
+            /// See [`Monitor::health`].
+            pub fn health(&self) -> HealthCounts {
+                match self {
+                    $(Self::$variant(m) => m.health(),)*
+                }
+            }
+
+            /// See [`Monitor::samples`].
+            pub fn samples(&self) -> u64 {
+                match self {
+                    $(Self::$variant(m) => m.samples(),)*
+                }
+            }
+        }
+    };
+}
+
+any_monitor! {
+    O21: 2, 1, 3;
+    O22: 2, 2, 4;
+    O43: 4, 3, 7;
+    O44: 4, 4, 8;
+    O65: 6, 5, 11;
+    O66: 6, 6, 12;
+    O87: 8, 7, 15;
+    O88: 8, 8, 16;
+}

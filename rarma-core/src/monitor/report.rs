@@ -1,0 +1,65 @@
+//! What a monitor says at each decision.
+
+use crate::decide::{AlarmEvent, Label, Mode, Reason, Standing, State};
+use crate::real::Real;
+
+/// Most modes a report holds: half the largest p.
+pub const MAX_MODES: usize = 4;
+
+/// The verdict of one decision.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Report<T> {
+    /// Input samples taken so far; divided by the rate, the time.
+    pub sample: u64,
+    /// The verdict.
+    pub state: State,
+    /// Why.
+    pub reason: Reason,
+    /// What happened to the alarm just now.
+    pub event: AlarmEvent<T>,
+    /// Root mean square of the band, input units.
+    pub level: T,
+    /// Modes sorted by frequency; none fill up the end.
+    pub modes: [Option<Mode<T>>; MAX_MODES],
+    /// The alarm that stands: mean frequency (Hz) and lowest damping so far.
+    pub standing: Option<(T, T)>,
+}
+
+impl<T: Real> Report<T> {
+    /// Sorts the modes and labels the one an alarm stands on.
+    pub(super) fn new(
+        sample: u64,
+        state: State,
+        reason: Reason,
+        event: AlarmEvent<T>,
+        level: T,
+        modes: &[Option<(Mode<T>, T)>; MAX_MODES],
+        standing: Option<&Standing<T>>,
+    ) -> Self {
+        let mut sorted: [Option<Mode<T>>; MAX_MODES] = [None; MAX_MODES];
+        let mut count = 0;
+        for (slot, mode) in modes.iter().enumerate() {
+            let Some((mode, _)) = mode else { continue };
+            let mut mode = *mode;
+            if standing.is_some_and(|s| s.slot == slot) {
+                mode.label = Label::SelfExcited;
+            }
+            let mut at = count;
+            while at > 0 && sorted[at - 1].is_some_and(|m| m.frequency > mode.frequency) {
+                sorted[at] = sorted[at - 1];
+                at -= 1;
+            }
+            sorted[at] = Some(mode);
+            count += 1;
+        }
+        Self {
+            sample,
+            state,
+            reason,
+            event,
+            level,
+            modes: sorted,
+            standing: standing.map(|s| (s.frequency, s.lowest_damping)),
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! The number type of the whole core: `f32` on the box, `f64` as its oracle.
+//!
+//! One trait with exactly the operations the signal path needs, so that every
+//! algorithm has one source. Functions come from `libm`, which works without std
+//! and keeps `f32` arithmetic in `f32` (no double-precision routine is called).
+
+use core::fmt::Debug;
+use core::iter::Sum;
+use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+/// A real number of the signal path, `f32` or `f64`.
+pub trait Real:
+    Copy
+    + Debug
+    + Default
+    + PartialOrd
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+    + DivAssign
+    + Sum
+    + 'static
+{
+    /// Zero.
+    const ZERO: Self;
+    /// One.
+    const ONE: Self;
+    /// Distance from 1 to the next larger number.
+    const EPSILON: Self;
+    /// Circle constant.
+    const PI: Self;
+
+    /// Rounds a constant or a setting to this type. Slow path only: on the target
+    /// an `f64` that is not a literal costs a software routine.
+    fn from_f64(x: f64) -> Self;
+    /// Widens a result for reporting. Slow path only.
+    fn to_f64(self) -> f64;
+    /// Converts a sample from the wire or the converter.
+    fn from_f32(x: f32) -> Self;
+    /// Narrows a result to what is sent on the wire.
+    fn to_f32(self) -> f32;
+    /// Converts a count.
+    fn from_u32(x: u32) -> Self;
+    /// Square root.
+    fn sqrt(self) -> Self;
+    /// Natural logarithm of 1 + x, exact near x = 0.
+    fn ln_1p(self) -> Self;
+    /// Natural logarithm.
+    fn ln(self) -> Self;
+    /// Exponential.
+    fn exp(self) -> Self;
+    /// Four-quadrant arc tangent of `self / x`.
+    fn atan2(self, x: Self) -> Self;
+    /// Sine and cosine.
+    fn sin_cos(self) -> (Self, Self);
+    /// Nearest integer, halves away from zero.
+    fn round(self) -> Self;
+    /// Absolute value.
+    fn abs(self) -> Self;
+    /// Neither NaN nor infinite.
+    fn is_finite(self) -> bool;
+
+    /// The larger of two numbers; `self` if the other is NaN.
+    fn max(self, other: Self) -> Self {
+        if other > self { other } else { self }
+    }
+    /// The smaller of two numbers; `self` if the other is NaN.
+    fn min(self, other: Self) -> Self {
+        if other < self { other } else { self }
+    }
+    /// Limits to `lo..=hi`.
+    fn clamp(self, lo: Self, hi: Self) -> Self {
+        self.max(lo).min(hi)
+    }
+}
+
+macro_rules! real {
+    ($t:ty, $consts:ident, $sqrt:ident, $ln_1p:ident, $ln:ident, $exp:ident, $atan2:ident, $sincos:ident, $round:ident) => {
+        impl Real for $t {
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            const EPSILON: Self = <$t>::EPSILON;
+            const PI: Self = core::$consts::consts::PI;
+
+            #[inline(always)]
+            fn from_f64(x: f64) -> Self {
+                x as $t
+            }
+            #[inline(always)]
+            fn to_f64(self) -> f64 {
+                self as f64
+            }
+            #[inline(always)]
+            fn from_f32(x: f32) -> Self {
+                x as $t
+            }
+            #[inline(always)]
+            fn to_f32(self) -> f32 {
+                self as f32
+            }
+            #[inline(always)]
+            fn from_u32(x: u32) -> Self {
+                x as $t
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                libm::$sqrt(self)
+            }
+            #[inline(always)]
+            fn ln_1p(self) -> Self {
+                libm::$ln_1p(self)
+            }
+            #[inline(always)]
+            fn ln(self) -> Self {
+                libm::$ln(self)
+            }
+            #[inline(always)]
+            fn exp(self) -> Self {
+                libm::$exp(self)
+            }
+            #[inline(always)]
+            fn atan2(self, x: Self) -> Self {
+                libm::$atan2(self, x)
+            }
+            #[inline(always)]
+            fn sin_cos(self) -> (Self, Self) {
+                libm::$sincos(self)
+            }
+            #[inline(always)]
+            fn round(self) -> Self {
+                libm::$round(self)
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                <$t>::abs(self)
+            }
+            #[inline(always)]
+            fn is_finite(self) -> bool {
+                <$t>::is_finite(self)
+            }
+        }
+    };
+}
+
+real!(f32, f32, sqrtf, log1pf, logf, expf, atan2f, sincosf, roundf);
+real!(f64, f64, sqrt, log1p, log, exp, atan2, sincos, round);

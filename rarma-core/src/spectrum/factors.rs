@@ -1,0 +1,363 @@
+//! Roots of A tracked from sample to sample as real quadratic factors.
+//!
+//! A degree-p polynomial is kept as ⌈p/2⌉ factors z² − u·z + v. A factor holds a
+//! conjugate pair or two real roots alike, so a mode that becomes overdamped and
+//! comes back needs no special case. Rate: once a sample, a fixed number of sweeps.
+
+use crate::real::Real;
+
+/// z² − u·z + v: sum u and product v of two roots.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quadratic<T> {
+    /// Sum of the two roots.
+    pub u: T,
+    /// Product of the two roots; |z|² of a conjugate pair.
+    pub v: T,
+}
+
+/// The two roots of a factor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Roots<T> {
+    /// re ± j·im, im > 0.
+    Pair {
+        /// Real part.
+        re: T,
+        /// Imaginary part, positive.
+        im: T,
+    },
+    /// Two real roots, smaller first.
+    Real(T, T),
+}
+
+/// An element α + β·z of the numbers modulo one factor.
+#[derive(Clone, Copy)]
+struct Residue<T> {
+    alpha: T,
+    beta: T,
+}
+
+impl<T: Real> Quadratic<T> {
+    /// The two roots.
+    pub fn roots(&self) -> Roots<T> {
+        let half = self.u * T::from_f64(0.5);
+        let d = half * half - self.v;
+        if d < T::ZERO {
+            return Roots::Pair {
+                re: half,
+                im: (-d).sqrt(),
+            };
+        }
+        // The larger root by the formula, the other by the product: no cancellation.
+        let s = d.sqrt();
+        let far = if half >= T::ZERO { half + s } else { half - s };
+        let near = if far == T::ZERO {
+            T::ZERO
+        } else {
+            self.v / far
+        };
+        Roots::Real(far.min(near), far.max(near))
+    }
+
+    /// Product modulo this factor, where z² = u·z − v.
+    #[inline(always)]
+    fn multiply(&self, x: Residue<T>, y: Residue<T>) -> Residue<T> {
+        let square = x.beta * y.beta;
+        Residue {
+            alpha: x.alpha * y.alpha - self.v * square,
+            beta: x.alpha * y.beta + x.beta * y.alpha + self.u * square,
+        }
+    }
+}
+
+/// How far the factors are from the polynomial.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tracking {
+    /// The last sweep moved no factor by more than the tolerance.
+    Converged,
+    /// Following, but the polynomial moves faster than one sweep can.
+    Following,
+    /// Lost; being found again from a cold start, a few sweeps a sample.
+    Searching,
+}
+
+/// Roots of a monic polynomial of degree p ≤ `P`, followed from sample to sample.
+///
+/// One sweep corrects each factor q_k by the Newton step on the factorisation
+/// (Durand–Kerner for quadratic factors):
+///
+/// ```text
+/// q_k ← q_k + (A mod q_k)·(Π_{j≠k} q_j)⁻¹  mod q_k
+/// ```
+///
+/// It converges quadratically, to pairs and to real roots. An odd degree is
+/// padded by one root at 0. If a factor fails to settle for `PATIENCE` samples
+/// the search starts anew from a circle, still at a fixed cost per sample; until
+/// it has converged, [`Tracking::Searching`] is returned and the old factors stay.
+///
+/// ```
+/// use rarma_core::spectrum::{FactorTracker, Roots};
+/// // (z² − 1.6 z + 0.95)(z² + 0.5 z + 0.8)
+/// let a = [-1.1, 0.95, -0.805, 0.76];
+/// let mut tracker = FactorTracker::<f64, 4>::new();
+/// tracker.solve(&a, 200).unwrap();
+/// let mut v: Vec<f64> = tracker.factors(4).iter().map(|q| q.v).collect();
+/// v.sort_by(f64::total_cmp);
+/// assert!((v[0] - 0.8).abs() < 1e-12 && (v[1] - 0.95).abs() < 1e-12);
+/// ```
+#[derive(Debug, Clone)]
+pub struct FactorTracker<T, const P: usize> {
+    factors: [Quadratic<T>; P],
+    search: [Quadratic<T>; P],
+    searching: bool,
+    attempts: u32,
+    unsettled: u32,
+    sweeps: u32,
+}
+
+/// Samples a factor may stay unsettled before the search starts anew.
+const PATIENCE: u32 = 64;
+/// Sweeps of one search before it starts from another circle.
+const SEARCH_SWEEPS: u32 = 120;
+/// Sweeps per sample while searching.
+const SEARCH_RATE: u32 = 2;
+/// A correction below this counts as following: what is left is of its square.
+const SETTLED: f64 = 1e-3;
+/// Largest step of u or v in one sweep while following: keeps a bad moment local.
+const LARGEST_STEP: f64 = 0.25;
+
+impl<T: Real, const P: usize> Default for FactorTracker<T, P> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T: Real, const P: usize> FactorTracker<T, P> {
+    /// Factors on a circle, to be found by the first samples.
+    pub fn new() -> Self {
+        let start = circle(P.div_ceil(2), 0);
+        Self {
+            factors: start,
+            search: start,
+            searching: true,
+            attempts: 0,
+            unsettled: 0,
+            sweeps: 0,
+        }
+    }
+
+    /// Factors of a polynomial of degree `p`: ⌈p/2⌉ of them, in an order that is
+    /// kept from sample to sample.
+    pub fn factors(&self, p: usize) -> &[Quadratic<T>] {
+        &self.factors[..p.div_ceil(2)]
+    }
+
+    /// Follows z^p + a₁ z^(p-1) + … + a_p by one sweep (two while searching).
+    #[inline(always)]
+    pub fn track(&mut self, a: &[T]) -> Tracking {
+        let m = a.len().div_ceil(2);
+        if self.searching {
+            for _ in 0..SEARCH_RATE {
+                let moved = sweep(a, &mut self.search[..m], T::from_f64(1e3));
+                self.sweeps += 1;
+                if moved.is_finite() && moved < T::from_f64(SETTLED) {
+                    adopt(&mut self.factors[..m], &self.search[..m]);
+                    self.searching = false;
+                    self.unsettled = 0;
+                    return Tracking::Converged;
+                }
+                if !moved.is_finite() || self.sweeps > SEARCH_SWEEPS {
+                    self.attempts = self.attempts.wrapping_add(1);
+                    self.search = circle(m, self.attempts);
+                    self.sweeps = 0;
+                }
+            }
+            return Tracking::Searching;
+        }
+        let moved = sweep(a, &mut self.factors[..m], T::from_f64(LARGEST_STEP));
+        if moved.is_finite() && moved < T::from_f64(SETTLED) {
+            self.unsettled = 0;
+            return Tracking::Converged;
+        }
+        self.unsettled += 1;
+        if self.unsettled == PATIENCE / 4 {
+            pair_neighbours(&mut self.factors[..m]);
+        }
+        if !moved.is_finite() || self.unsettled > PATIENCE {
+            self.searching = true;
+            self.sweeps = 0;
+            self.search = circle(m, self.attempts);
+        }
+        Tracking::Following
+    }
+
+    /// Solves from a cold start, at most `sweeps` sweeps. Slow path.
+    ///
+    /// Returns the number of sweeps taken, or none if it did not converge.
+    pub fn solve(&mut self, a: &[T], sweeps: u32) -> Option<u32> {
+        let m = a.len().div_ceil(2);
+        if a.iter().any(|x| !x.is_finite()) {
+            return None;
+        }
+        self.searching = false;
+        let mut quiet = 0;
+        for attempt in 0..4 {
+            self.factors = circle(m, attempt);
+            for n in 0..sweeps {
+                let moved = sweep(a, &mut self.factors[..m], T::from_f64(1e3));
+                if !moved.is_finite() {
+                    break;
+                }
+                // A close pair settles slowly: two quiet sweeps in a row.
+                quiet = if moved < tolerance::<T>() {
+                    quiet + 1
+                } else {
+                    0
+                };
+                if quiet == 2 {
+                    self.unsettled = 0;
+                    return Some(n + 1);
+                }
+            }
+        }
+        None
+    }
+}
+
+/// Cold start: a sweep that moves nothing by more than this leaves an error of
+/// rounding size, because the error is squared by each sweep.
+fn tolerance<T: Real>() -> T {
+    T::EPSILON.sqrt() * T::from_f64(4.0)
+}
+
+/// m factors with roots on a circle, turned a little with each attempt.
+fn circle<T: Real, const P: usize>(m: usize, attempt: u32) -> [Quadratic<T>; P] {
+    let turn = T::from_f64(0.5) + T::from_f64(0.07) * T::from_u32(attempt % 5);
+    let radius = T::from_f64(0.95) - T::from_f64(0.08) * T::from_u32(attempt % 7);
+    core::array::from_fn(|k| {
+        let angle = T::PI * (T::from_u32(k as u32) + turn) / T::from_u32(m.max(1) as u32);
+        let (_, cos) = angle.sin_cos();
+        Quadratic {
+            u: T::from_f64(2.0) * radius * cos,
+            v: radius * radius,
+        }
+    })
+}
+
+/// One sweep over all factors; returns the largest correction.
+#[inline(always)]
+fn sweep<T: Real>(a: &[T], q: &mut [Quadratic<T>], largest_step: T) -> T {
+    let m = q.len();
+    let odd = a.len() % 2 == 1;
+    let mut moved = T::ZERO;
+    for k in 0..m {
+        let this = q[k];
+        // Synthetic division: A = Q·q_k + b₁·(z − u) + b₀, so that
+        // A mod q_k = b₁·z + (b₀ − u·b₁).
+        let (mut b2, mut b1) = (T::ZERO, T::ONE);
+        let (mut last2, mut tail) = (T::ZERO, T::ZERO);
+        let (body, end) = if odd {
+            (a, T::ZERO)
+        } else {
+            (&a[..a.len() - 1], a[a.len() - 1])
+        };
+        for &x in body {
+            let b = x + this.u * b1 - this.v * b2;
+            b2 = b1;
+            b1 = b;
+        }
+        last2 += b2;
+        tail += end;
+        let remainder = Residue {
+            alpha: tail - this.v * last2,
+            beta: b1,
+        };
+        let mut product = Residue {
+            alpha: T::ONE,
+            beta: T::ZERO,
+        };
+        for (j, other) in q.iter().enumerate() {
+            if j != k {
+                let difference = Residue {
+                    alpha: other.v - this.v,
+                    beta: this.u - other.u,
+                };
+                product = this.multiply(product, difference);
+            }
+        }
+        let norm = product.alpha * product.alpha
+            + product.alpha * product.beta * this.u
+            + product.beta * product.beta * this.v;
+        // Zero where two factors share a root: step aside by a fixed amount.
+        let safe = if norm.abs() > T::from_f64(1e-30) {
+            norm
+        } else {
+            T::from_f64(1e-30)
+        };
+        let inverse = T::ONE / safe;
+        let step = this.multiply(
+            remainder,
+            Residue {
+                alpha: (product.alpha + product.beta * this.u) * inverse,
+                beta: -product.beta * inverse,
+            },
+        );
+        let (du, dv) = (
+            (-step.beta).clamp(-largest_step, largest_step),
+            step.alpha.clamp(-largest_step, largest_step),
+        );
+        q[k].u += du;
+        q[k].v += dv;
+        moved = moved.max(du.abs()).max(dv.abs());
+        if !(q[k].u + q[k].v).is_finite() {
+            return q[k].u + q[k].v;
+        }
+    }
+    moved
+}
+
+/// Takes over found factors in the order that moves the old ones least, so that
+/// a mode keeps its place.
+fn adopt<T: Real>(old: &mut [Quadratic<T>], found: &[Quadratic<T>]) {
+    let distance = |x: &Quadratic<T>, y: &Quadratic<T>| (x.u - y.u).abs() + (x.v - y.v).abs();
+    let mut taken = 0u32;
+    for slot in old.iter_mut() {
+        let mut best: Option<(usize, T)> = None;
+        for (i, candidate) in found.iter().enumerate() {
+            let d = distance(slot, candidate);
+            if taken & (1 << i) == 0 && best.is_none_or(|(_, b)| d < b) {
+                best = Some((i, d));
+            }
+        }
+        if let Some((i, _)) = best {
+            taken |= 1 << i;
+            *slot = found[i];
+        }
+    }
+}
+
+/// Where several factors hold real roots, puts the closest two into one factor:
+/// two roots that are about to become a pair must share a factor.
+fn pair_neighbours<T: Real>(q: &mut [Quadratic<T>]) {
+    let mut first = None;
+    for k in 0..q.len() {
+        let Roots::Real(a, b) = q[k].roots() else {
+            continue;
+        };
+        let Some((i, c, d)) = first else {
+            first = Some((k, a, b));
+            continue;
+        };
+        // Sort the four and join the inner two, the outer two.
+        let (lowest, highest) = (a.min(c), b.max(d));
+        let (inner_low, inner_high) = (a.max(c), b.min(d));
+        q[i] = Quadratic {
+            u: inner_low + inner_high,
+            v: inner_low * inner_high,
+        };
+        q[k] = Quadratic {
+            u: lowest + highest,
+            v: lowest * highest,
+        };
+        first = None;
+    }
+}

@@ -1,0 +1,12 @@
+//! From a model to what vibrates: roots, poles, modes.
+//!
+//! Words: *factor*, a real quadratic z² − u·z + v of A; *pole pair*, its two
+//! complex roots; *mode*, a pole pair with its place in time kept.
+
+mod factors;
+mod lockin;
+mod poles;
+
+pub use factors::{FactorTracker, Quadratic, Roots, Tracking};
+pub use lockin::{LOCKIN_TAU_S, LockIn};
+pub use poles::{Modal, ModalDeviation, deviation, modal};
