@@ -1,2 +1,15 @@
-//! The sensor box application.
-#![no_std]
+//! The sensor box: an application that is generic over a board.
+//!
+//! `board` names the verbs, `app` and the duties use them, `boards` supplies them
+//! for one board each and is the only place with registers and unsafe code.
+#![cfg_attr(not(test), no_std)]
+#![deny(unsafe_code)]
+
+pub mod app;
+pub mod board;
+pub mod boards;
+pub mod link;
+pub mod monitor;
+
+pub use app::{App, Outcome};
+pub use board::{Block, Board, BoardError, BoardErrorKind, Clock, Parts, SampleSource};

@@ -1,2 +1,9 @@
-//! Simulated hardware and plants.
+//! Simulated hardware behind the firmware's board verbs, and the plants it is
+//! connected to. The plants know nothing of the firmware and can be used alone.
+
+pub mod board;
+pub mod microphone;
 pub mod plant;
+
+pub use board::{SimBoard, SimClock, SimLink};
+pub use microphone::{Microphone, MicrophoneFault};

@@ -10,5 +10,7 @@ pub mod monitor;
 mod order;
 pub mod real;
 pub mod spectrum;
+pub mod wire;
+pub use monitor::AnyMonitor;
 pub use order::Order;
 pub use real::Real;

@@ -1,2 +1,47 @@
-//! xtask
-fn main() {}
+//! `cargo demo`, `cargo verify`, `cargo fw …` and `cargo xtask count`.
+
+use std::process::ExitCode;
+
+use xtask::{Failure, Workspace, count, demo, fw, qemu, verify};
+
+const HELP: &str = "\
+The workspace's own commands.
+
+  cargo demo [ARGS]             simulated machine tool, monitored; report in target/demo
+  cargo verify [--ci]           every check; --ci: a skipped check is a failure
+  cargo fw build|run|test [BOARD] [CARGO ARGS] [-- IMAGE ARGS]
+                                the firmware for the Cortex-M4F (default board mps2-an386)
+      --print-elf               build: last line on stdout is the image's path
+  cargo xtask count [KERNEL...] instructions and estimated cycles per sample
+      --list                    name the kernels
+      --markdown FILE           write the table between the markers in FILE
+      --check FILE              fail if a count is 2 % off the table in FILE
+  cargo xtask qemu ELF [ARGS]   run one image in QEMU, its log decoded
+";
+
+fn main() -> ExitCode {
+    let mut arguments = std::env::args().skip(1);
+    let command = arguments.next().unwrap_or_default();
+    let rest: Vec<String> = arguments.collect();
+    let done = Workspace::locate().and_then(|workspace| match command.as_str() {
+        "fw" => fw::main(&workspace, &rest),
+        "qemu" => qemu::main(&workspace, &rest),
+        "demo" => demo::main(&workspace, &rest),
+        "verify" => verify::main(&workspace, &rest),
+        "count" => count::main(&workspace, &rest),
+        "" | "help" | "-h" | "--help" => {
+            print!("{HELP}");
+            Ok(0)
+        }
+        other => {
+            Err(Failure::usage(format!("no command `{other}`")).advise("see `cargo xtask help`"))
+        }
+    });
+    match done {
+        Ok(code) => ExitCode::from(code),
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            ExitCode::from(failure.exit_code())
+        }
+    }
+}

@@ -1,23 +1,64 @@
-//! Entry point for the emulated board.
+//! The sensor box on the emulated board: reads a recording, writes frames.
+//!
+//! On the host it prints the default settings of a monitor.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(not(target_os = "none"))]
-fn main() {}
+fn main() {
+    println!("{:#?}", rarma_core::monitor::MonitorConfig::new(48_000.0));
+}
 
 #[cfg(target_os = "none")]
 mod target {
-    use defmt_semihosting as _;
+    use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS, exit};
+    use firmware::boards::mps2_an386::{Mps2, SetUpError};
+    use firmware::{App, Outcome};
+    use {cortex_m as _, defmt_semihosting as _};
+
+    defmt::timestamp!("{=u32}", 0);
+
     #[panic_handler]
     fn panic(info: &core::panic::PanicInfo) -> ! {
-        defmt::error!("{}", defmt::Display2Format(info));
-        cortex_m_semihosting::debug::exit(cortex_m_semihosting::debug::EXIT_FAILURE);
-        loop {}
+        defmt::error!("panic: {}", defmt::Display2Format(info));
+        fail()
     }
-    defmt::timestamp!("{=u32}", 0u32);
+
     #[cortex_m_rt::entry]
     fn main() -> ! {
-        defmt::info!("hello");
-        cortex_m_semihosting::debug::exit(cortex_m_semihosting::debug::EXIT_SUCCESS);
+        let (mut board, job) = match Mps2::set_up() {
+            Ok(ready) => ready,
+            Err(error) => {
+                match error {
+                    SetUpError::Job => {
+                        defmt::error!("job.bin: missing, or not a job of this version")
+                    }
+                    SetUpError::Output => defmt::error!("out.bin: cannot be written"),
+                    SetUpError::Input => defmt::error!("in.wav: cannot be opened"),
+                    SetUpError::Wav(wav) => {
+                        defmt::error!("in.wav: {}", defmt::Debug2Format(&wav));
+                    }
+                }
+                fail()
+            }
+        };
+        let outcome = match App::start(&mut board, &job) {
+            Ok(mut app) => app.run(),
+            Err(refusal) => Outcome::Refused(refusal),
+        };
+        match outcome {
+            Outcome::Ended => {
+                exit(EXIT_SUCCESS);
+                loop {}
+            }
+            Outcome::Refused(why) => {
+                defmt::error!("refused: {}", defmt::Debug2Format(&why));
+                fail()
+            }
+        }
+    }
+
+    fn fail() -> ! {
+        exit(EXIT_FAILURE);
         loop {}
     }
 }

@@ -1,1 +1,30 @@
 //! Physics of the outside world.
+//!
+//! Models in f64 and SI units that know nothing of the firmware; each can be
+//! used alone. Everything random is seeded: the same build on the same platform
+//! repeats to the bit.
+//!
+//! * [`modal`] the linear structure, [`modal_noise`] its response to white
+//!   noise with exactly known poles (the accuracy bench of the estimators);
+//! * [`process`] what cutting models share, [`milling`] and [`turning`] the
+//!   regenerative cuts;
+//! * [`stability`] limits in closed form, [`growth`] limits from the simulation;
+//! * [`resample`], [`sound`] and [`converter`] what a microphone makes of it,
+//!   and [`cut`] a whole scenario with its truth.
+
+pub mod converter;
+pub mod cut;
+pub mod error;
+pub mod growth;
+mod linalg;
+pub mod milling;
+mod milling_config;
+pub mod modal;
+pub mod modal_noise;
+pub mod process;
+pub mod resample;
+pub mod sound;
+pub mod stability;
+pub mod turning;
+
+pub use error::PlantError;

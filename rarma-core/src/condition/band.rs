@@ -7,9 +7,10 @@
 use super::biquad::{Biquad, BiquadState, Pass};
 use super::fir::FirStage;
 use crate::real::Real;
+use serde::{Deserialize, Serialize};
 
 /// Band edges, Hz.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Band {
     /// Lower edge (−3 dB of a fourth-order high-pass), Hz.
     pub low_hz: f64,

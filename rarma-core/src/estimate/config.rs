@@ -1,9 +1,10 @@
 //! Settings of the recursive estimator.
 
 use crate::real::Real;
+use serde::{Deserialize, Serialize};
 
 /// Which derivative of the prediction error drives the recursion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Gradient {
     /// Pseudo-linear regression (RPLR, extended least squares): φ itself. Robust
     /// from a cold start, scatters more on several modes.

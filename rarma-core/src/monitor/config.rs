@@ -5,9 +5,10 @@ use crate::decide::AlarmConfig;
 use crate::estimate::{Gradient, RarmaConfig};
 use crate::order::Order;
 use crate::real::Real;
+use serde::{Deserialize, Serialize};
 
 /// Everything a monitor needs to know. SI units; `f64` because it is read once.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct MonitorConfig {
     /// Sampling rate of the input, Hz.
     pub fs_hz: f64,

@@ -1,0 +1,115 @@
+//! The monitor duty: samples in, telemetry out. Fast path; once a sample.
+
+use rarma_core::AnyMonitor;
+use rarma_core::decide::AlarmEvent;
+use rarma_core::monitor::{MonitorError, Report};
+use rarma_core::wire::{AlarmMessage, Finished, MonitorJob, Telemetry, Verdict};
+
+/// Listens, and says at the rate asked for what it hears; alarms at once.
+#[derive(Debug, Clone)]
+pub struct MonitorDuty {
+    monitor: AnyMonitor<f32>,
+    job: MonitorJob,
+    next_line: f64,
+    every_samples: f64,
+    state_samples: [u64; 6],
+    counted_to: u64,
+    standing: Option<(f32, f32)>,
+}
+
+impl MonitorDuty {
+    /// A duty that has heard nothing.
+    ///
+    /// # Errors
+    /// The setting that is out of range.
+    pub fn new(job: &MonitorJob) -> Result<Self, MonitorError> {
+        let every_samples = job.every_s * job.monitor.fs_hz;
+        Ok(Self {
+            monitor: AnyMonitor::new(&job.monitor)?,
+            job: *job,
+            next_line: every_samples,
+            every_samples: if every_samples >= 1.0 {
+                every_samples
+            } else {
+                1.0
+            },
+            state_samples: [0; 6],
+            counted_to: 0,
+            standing: None,
+        })
+    }
+
+    /// First message of the run.
+    pub fn started(&self) -> Telemetry {
+        let monitor = &self.job.monitor;
+        Telemetry::Started {
+            fs_hz: monitor.fs_hz,
+            p: monitor.order.p() as u8,
+            q: monitor.order.q() as u8,
+        }
+    }
+
+    /// Takes one sample; hands what there is to say to `say`.
+    #[inline]
+    pub fn sample(&mut self, x: f32, say: &mut impl FnMut(&Telemetry)) {
+        if let Some(report) = self.monitor.push(x) {
+            self.report(&report, say);
+        }
+    }
+
+    /// The source lost samples.
+    pub fn missing(&mut self, samples: u32) {
+        self.monitor.missing(samples);
+    }
+
+    /// Last message of the run.
+    pub fn finished(
+        &self,
+        longest_block_us: u32,
+        late_blocks: u32,
+        dropped_frames: u32,
+    ) -> Telemetry {
+        Telemetry::Finished(Finished {
+            samples: self.monitor.samples(),
+            state_samples: self.state_samples,
+            health: self.monitor.health(),
+            standing: self.standing,
+            longest_block_us,
+            late_blocks,
+            dropped_frames,
+        })
+    }
+
+    /// Decision rate.
+    fn report(&mut self, report: &Report<f32>, say: &mut impl FnMut(&Telemetry)) {
+        if let Some(count) = self.state_samples.get_mut(report.state as usize) {
+            *count += report.sample - self.counted_to;
+        }
+        self.counted_to = report.sample;
+        self.standing = report.standing;
+        let alarm = |on, frequency, damping| {
+            Telemetry::Alarm(AlarmMessage {
+                sample: report.sample,
+                on,
+                frequency,
+                damping,
+            })
+        };
+        match report.event {
+            AlarmEvent::None => {}
+            AlarmEvent::On { frequency, damping } => say(&alarm(true, frequency, damping)),
+            AlarmEvent::Off {
+                frequency,
+                lowest_damping,
+            } => say(&alarm(false, frequency, lowest_damping)),
+        }
+        // A sample count below 2⁵³ is exact.
+        let now = report.sample as f64;
+        if now >= self.next_line {
+            say(&Telemetry::Verdict(Verdict::from_report(report)));
+            while self.next_line <= now {
+                self.next_line += self.every_samples;
+            }
+        }
+    }
+}

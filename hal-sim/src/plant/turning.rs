@@ -1,0 +1,279 @@
+//! Regenerative orthogonal turning with modes in the direction of the chip
+//! thickness: the simplest machine that chatters, and the one with closed-form
+//! answers.
+//!
+//! Rate: [`Turning::step`] runs once per integration step, an integer number of
+//! which makes a revolution; no allocation.
+
+use super::error::{PlantError, non_negative, positive};
+use super::modal::{Mode, ModeBank};
+use super::process::{Contact, DepthSchedule, ForceNoise, ProcessDamping, SmoothNoise};
+
+/// Configuration of [`Turning`]. SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TurningConfig {
+    /// Spindle frequency, Hz, > 0.
+    pub spindle_hz: f64,
+    /// Feed per revolution, m, ≥ 0.
+    pub feed_m: f64,
+    /// Cutting coefficient Ks in the direction of the chip thickness, N/m², > 0.
+    pub ks_n_per_m2: f64,
+    /// Edge coefficient, N/m, ≥ 0.
+    pub edge_n_per_m: f64,
+    /// Modes in the direction of the chip thickness.
+    pub modes: Vec<Mode>,
+    /// Chip width over time.
+    pub width: DepthSchedule,
+    /// Flank rubbing, if any; its friction has no direction to act in here.
+    pub process_damping: Option<ProcessDamping>,
+    /// Broadband excitation.
+    pub noise: ForceNoise,
+    /// Loss of contact, or the linear equation.
+    pub contact: Contact,
+    /// Least integration rate, Hz, > 0; rounded up to whole steps per revolution.
+    pub min_step_rate_hz: f64,
+    /// Seed of the noise.
+    pub seed: u64,
+}
+
+impl TurningConfig {
+    /// Checks the documented ranges.
+    ///
+    /// # Errors
+    /// `OutOfRange` or `WrongLength` naming the field.
+    pub fn validate(&self) -> Result<(), PlantError> {
+        positive(self.spindle_hz, "spindle_hz")?;
+        non_negative(self.feed_m, "feed_m")?;
+        positive(self.ks_n_per_m2, "ks_n_per_m2")?;
+        non_negative(self.edge_n_per_m, "edge_n_per_m")?;
+        self.width.validate()?;
+        if let Some(p) = &self.process_damping {
+            p.validate()?;
+        }
+        self.noise.validate()?;
+        positive(self.min_step_rate_hz, "min_step_rate_hz")
+    }
+}
+
+/// What the machine does at one step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TurnSample {
+    /// Time, s.
+    pub t: f64,
+    /// Displacement into the workpiece, m.
+    pub position_m: f64,
+    /// Velocity, m/s.
+    pub velocity_m_s: f64,
+    /// Acceleration, m/s².
+    pub acceleration_m_s2: f64,
+    /// Force on the tool, N; negative pushes it out of the workpiece.
+    pub force_n: f64,
+    /// Chip width, m.
+    pub width_m: f64,
+    /// Chip thickness, m; 0 out of contact.
+    pub chip_m: f64,
+}
+
+/// The virtual lathe.
+///
+/// q > 0 points into the workpiece. With the feed position X = feed·t/T (T one
+/// revolution): tip u = q + X, h = max(0, u - S\[angle\]), S ← u where the tool
+/// cut, F = -(Ks·h + edge)·b. If it always cuts, h = feed + q(t) - q(t-T).
+/// Exact modal step, force predicted and corrected as in milling.
+#[derive(Clone, Debug)]
+pub struct Turning {
+    config: TurningConfig,
+    dt: f64,
+    surface: Vec<f64>,
+    bank: ModeBank,
+    force: f64,
+    damping: f64,
+    noise: Option<SmoothNoise<2>>,
+    index: u64,
+}
+
+impl Turning {
+    /// Builds the machine at rest with a smooth surface one feed behind.
+    ///
+    /// # Errors
+    /// As [`TurningConfig::validate`] and [`Mode::validate`].
+    pub fn new(config: TurningConfig) -> Result<Self, PlantError> {
+        config.validate()?;
+        let count = (config.min_step_rate_hz / config.spindle_hz - 1e-9)
+            .ceil()
+            .max(4.0) as usize;
+        let dt = 1.0 / (config.spindle_hz * count as f64);
+        let feed_speed = config.feed_m * config.spindle_hz;
+        // Cell i was last cut at step i - count; cell 0 at time 0 itself.
+        let surface = (0..count)
+            .map(|i| feed_speed * dt * (i as f64 - if i == 0 { 0.0 } else { count as f64 }))
+            .collect();
+        let noisy = config.noise.relative > 0.0 || config.noise.background_n > 0.0;
+        Ok(Self {
+            dt,
+            surface,
+            bank: ModeBank::new(&config.modes, dt)?,
+            force: 0.0,
+            damping: config
+                .process_damping
+                .map_or(0.0, |p| p.per_speed(config.spindle_hz)),
+            noise: noisy.then(|| SmoothNoise::new(config.noise.bandwidth_hz, dt, config.seed)),
+            index: 0,
+            config,
+        })
+    }
+
+    /// Step length, s.
+    #[must_use]
+    pub fn dt(&self) -> f64 {
+        self.dt
+    }
+
+    /// The configuration it was built from.
+    #[must_use]
+    pub fn config(&self) -> &TurningConfig {
+        &self.config
+    }
+
+    /// Sets mode `index` to displacement m and velocity m/s.
+    pub fn disturb(&mut self, index: usize, q: f64, v: f64) {
+        self.bank.set_state(index, q, v);
+    }
+
+    /// Advances by one step and returns the state after it.
+    pub fn step(&mut self) -> TurnSample {
+        self.index += 1;
+        let t = self.index as f64 * self.dt;
+        let width = self.config.width.at(t);
+        let noise = self.noise.as_mut().map_or([0.0; 2], SmoothNoise::advance);
+        let cell = (self.index % self.surface.len() as u64) as usize;
+        let feed = self.config.feed_m * self.config.spindle_hz * t;
+        let (q, v) = self.bank.peek(self.force, self.force);
+        let (force, _) = self.cut(q + feed, v, cell, width, &noise);
+        let (q, v) = self.bank.step(self.force, force);
+        let (force, chip) = self.cut(q + feed, v, cell, width, &noise);
+        self.force = force;
+        let tip = q + feed;
+        if tip > self.surface[cell] || self.config.contact == Contact::Linear {
+            self.surface[cell] = tip;
+        }
+        TurnSample {
+            t,
+            position_m: q,
+            velocity_m_s: v,
+            acceleration_m_s2: self.bank.acceleration_m_s2(force),
+            force_n: force,
+            width_m: width,
+            chip_m: chip,
+        }
+    }
+
+    fn cut(&self, tip: f64, v: f64, cell: usize, b: f64, noise: &[f64; 2]) -> (f64, f64) {
+        let c = &self.config;
+        let background = c.noise.background_n * noise[1];
+        let h = tip - self.surface[cell];
+        let linear = c.contact == Contact::Linear;
+        if b <= 0.0 || (h <= 0.0 && !linear) {
+            return (background, 0.0);
+        }
+        let edge = if linear { 0.0 } else { c.edge_n_per_m };
+        let cutting = (c.ks_n_per_m2 * h + edge + self.damping * v) * b;
+        (
+            background - cutting * (1.0 + c.noise.relative * noise[0]),
+            h.max(0.0),
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::stability::turning_limit;
+    use super::*;
+
+    const MODE: Mode = Mode::from_stiffness(980.0, 0.02, 11.8e6);
+
+    fn lathe(width_m: f64) -> TurningConfig {
+        TurningConfig {
+            spindle_hz: 10_422.9 / 60.0,
+            feed_m: 1e-4,
+            ks_n_per_m2: 2e9,
+            edge_n_per_m: 0.0,
+            modes: vec![MODE],
+            width: DepthSchedule::constant(width_m),
+            process_damping: None,
+            noise: ForceNoise::default(),
+            contact: Contact::Linear,
+            min_step_rate_hz: 100_000.0,
+            seed: 0,
+        }
+    }
+
+    fn rms(y: &[f64]) -> f64 {
+        let mean = y.iter().sum::<f64>() / y.len() as f64;
+        (y.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / y.len() as f64).sqrt()
+    }
+
+    #[test]
+    fn growth_around_the_limit() {
+        let limit = turning_limit(&MODE, 2e9).depth_m;
+        for (part, want) in [(0.90, 0.05), (0.97, 0.42), (1.03, 2.3), (1.10, 15.0)] {
+            let mut config = lathe(part * limit);
+            config.feed_m = 0.0;
+            let mut lathe = Turning::new(config).expect("valid");
+            lathe.disturb(0, 1e-7, 0.0);
+            let n = (0.8 / lathe.dt()) as usize;
+            let q: Vec<f64> = (0..n).map(|_| lathe.step().position_m).collect();
+            let got = rms(&q[3 * n / 4..]) / rms(&q[n / 4..n / 2]);
+            assert!(
+                (got / want - 1.0).abs() < 0.15,
+                "{part}: {got} against {want}"
+            );
+        }
+    }
+
+    #[test]
+    fn steady_cut_is_the_static_deflection_and_contact_limits_chatter() {
+        let limit = turning_limit(&MODE, 2e9).depth_m;
+        let mut config = lathe(0.5 * limit);
+        config.contact = Contact::Real;
+        let mut stable = Turning::new(config.clone()).expect("valid");
+        let mut last = TurnSample::default();
+        for _ in 0..80_000 {
+            last = stable.step();
+        }
+        let want = -2e9 * 0.5 * limit * 1e-4 / 11.8e6;
+        assert!((last.position_m / want - 1.0).abs() < 1e-3);
+        assert!((last.chip_m / 1e-4 - 1.0).abs() < 1e-3);
+
+        config.width = DepthSchedule::constant(1.5 * limit);
+        let mut wild = Turning::new(config).expect("valid");
+        let q: Vec<TurnSample> = (0..200_000).map(|_| wild.step()).collect();
+        let early = rms(&q[100_000..150_000]
+            .iter()
+            .map(|s| s.position_m)
+            .collect::<Vec<_>>());
+        let late = rms(&q[150_000..]
+            .iter()
+            .map(|s| s.position_m)
+            .collect::<Vec<_>>());
+        assert!(
+            (late / early - 1.0).abs() < 0.02,
+            "no limit cycle: {early} {late}"
+        );
+        assert!(late > 1e-5 && late < 1e-3, "{late}");
+        assert!(q[150_000..].iter().any(|s| s.chip_m == 0.0));
+    }
+
+    #[test]
+    fn no_width_leaves_the_bare_mode() {
+        let mut air = Turning::new(lathe(0.0)).expect("valid");
+        air.disturb(0, 1e-5, 0.0);
+        let w = MODE.omega();
+        let energy = |s: &TurnSample| s.position_m.hypot(s.velocity_m_s / w);
+        let n = 3000;
+        let first = energy(&air.step());
+        let last = (0..n).map(|_| energy(&air.step())).last().expect("some");
+        let want = (-0.02 * w * f64::from(n) * air.dt()).exp();
+        assert!((last / first / want - 1.0).abs() < 0.03);
+    }
+}

@@ -1,0 +1,228 @@
+//! The command line.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use rarma_core::Order;
+use rarma_core::condition::Band;
+use std::path::PathBuf;
+
+/// Listens to machine tools: operational damping of a cut, at every sample.
+#[derive(Debug, Parser)]
+#[command(name = "rarma", version, about, after_help = EXIT_CODES)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 chatter was found (monitor, target); \
+2 wrong usage; 3 bad input, with one line naming file, place and reason; \
+4 something else is missing or failed.";
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Listen to a recording and say when it chatters.
+    ///
+    /// Exit code 1 if chatter was found.
+    Monitor(MonitorArgs),
+    /// The same through the firmware image on the emulated chip.
+    ///
+    /// Exit code 1 if chatter was found. Builds the image first if it must.
+    Target(MonitorArgs),
+    /// Fit one ARMA model to a whole recording.
+    Identify(IdentifyArgs),
+    /// Let the virtual machine tool cut into chatter and monitor it through the
+    /// simulated hardware.
+    Demo(DemoArgs),
+}
+
+/// What a file is.
+#[derive(Debug, Clone, Args)]
+pub struct InputArgs {
+    /// WAV (PCM 8/16/24/32, float), CSV, or raw .f32/.f64 (little endian, with --fs).
+    pub input: PathBuf,
+    /// Channel, counted from 0.
+    #[arg(long, default_value_t = 0)]
+    pub channel: usize,
+    /// Sampling rate in Hz, where the file does not say it.
+    #[arg(long, value_parser = positive)]
+    pub fs: Option<f64>,
+}
+
+/// Options of `monitor` and `target`.
+#[derive(Debug, Clone, Args)]
+pub struct MonitorArgs {
+    /// The recording.
+    #[command(flatten)]
+    pub input: InputArgs,
+    /// Model order; the box has 2,1 2,2 4,3 4,4 6,5 6,6 8,7 8,8.
+    #[arg(long, value_name = "P,Q", default_value = "8,7", value_parser = box_order)]
+    pub order: Order,
+    /// Spindle speed in 1/min: poles on its multiples are labelled forced.
+    #[arg(long, value_parser = positive)]
+    pub rpm: Option<f64>,
+    /// Teeth on the cutter.
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub teeth: Option<u32>,
+    /// Band in Hz that is analysed [default: 300:2500, lower for slow recordings].
+    #[arg(long, value_name = "LO:HI", value_parser = band)]
+    pub band: Option<Band>,
+    /// Damping ratio below which a mode counts as undamped.
+    #[arg(long, value_name = "ZETA", default_value_t = 0.01, value_parser = threshold)]
+    pub threshold: f64,
+    /// Seconds that are known to be idle; without it idle is found.
+    #[arg(long, value_name = "FROM:TO", value_parser = stretch)]
+    pub idle: Option<(f64, f64)>,
+    /// Seconds between two lines.
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.01, value_parser = positive)]
+    pub every: f64,
+    /// One JSON object a line on standard output, the summary last.
+    #[arg(long)]
+    pub json: bool,
+    /// Write a page with pictures into this folder.
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
+}
+
+/// Options of `identify`.
+#[derive(Debug, Clone, Args)]
+pub struct IdentifyArgs {
+    /// The recording.
+    #[command(flatten)]
+    pub input: InputArgs,
+    /// Orders of A and C, 0 to 30 each.
+    #[arg(long, value_name = "P,Q", value_parser = any_order)]
+    pub order: (usize, usize),
+    /// Estimator.
+    #[arg(long, value_enum, default_value_t = Method::Rpem)]
+    pub method: Method,
+    /// What is removed before the fit.
+    #[arg(long, value_enum, default_value_t = Detrend::Mean)]
+    pub detrend: Detrend,
+    /// Forgetting factor per sample, 0.9 to 1.
+    #[arg(long, value_name = "LAMBDA", default_value_t = 1.0, value_parser = forgetting)]
+    pub forgetting: f64,
+    /// Random walk of every parameter, variance per sample, 0 to 0.01.
+    #[arg(long, value_name = "VARIANCE", default_value_t = 0.0, value_parser = random_walk)]
+    pub random_walk: f64,
+    /// One JSON object on standard output.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Options of `demo`.
+#[derive(Debug, Clone, Args)]
+pub struct DemoArgs {
+    /// Folder for the page and the telemetry.
+    #[arg(long, default_value = "target/demo")]
+    pub out: PathBuf,
+    /// Seed of everything random.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// Estimators of `identify`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Method {
+    /// Recursive prediction error method.
+    Rpem,
+    /// Recursive pseudo-linear regression (extended least squares).
+    Rplr,
+}
+
+impl Method {
+    /// As it is spelled on the command line and in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rpem => "rpem",
+            Self::Rplr => "rplr",
+        }
+    }
+}
+
+/// What is removed before a fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Detrend {
+    /// Nothing.
+    None,
+    /// The mean.
+    Mean,
+    /// A straight line.
+    Linear,
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    let x: f64 = text
+        .trim()
+        .parse()
+        .map_err(|_| format!("`{text}` is not a number"))?;
+    x.is_finite()
+        .then_some(x)
+        .ok_or(format!("`{text}` is not finite"))
+}
+
+fn within(text: &str, low: f64, high: f64) -> Result<f64, String> {
+    let x = number(text)?;
+    (low..=high)
+        .contains(&x)
+        .then_some(x)
+        .ok_or(format!("must lie between {low} and {high}"))
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let x = number(text)?;
+    (x > 0.0).then_some(x).ok_or("must be above 0".to_owned())
+}
+
+fn threshold(text: &str) -> Result<f64, String> {
+    within(text, 0.0005, 0.2)
+}
+
+fn forgetting(text: &str) -> Result<f64, String> {
+    within(text, 0.9, 1.0)
+}
+
+fn random_walk(text: &str) -> Result<f64, String> {
+    within(text, 0.0, 0.01)
+}
+
+fn pair(text: &str, separator: char, form: &str) -> Result<(f64, f64), String> {
+    let (a, b) = text
+        .split_once(separator)
+        .ok_or(format!("must have the form {form}"))?;
+    Ok((number(a)?, number(b)?))
+}
+
+fn band(text: &str) -> Result<Band, String> {
+    let (low_hz, high_hz) = pair(text, ':', "LO:HI, such as 300:2500")?;
+    Ok(Band { low_hz, high_hz })
+}
+
+fn stretch(text: &str) -> Result<(f64, f64), String> {
+    let (from, to) = pair(text, ':', "FROM:TO in seconds, such as 0:1.5")?;
+    (from >= 0.0 && to > from)
+        .then_some((from, to))
+        .ok_or("must start at 0 or later and end after it starts".to_owned())
+}
+
+fn any_order(text: &str) -> Result<(usize, usize), String> {
+    let form = || "must have the form P,Q with both from 0 to 30, such as 8,7".to_owned();
+    let (p, q) = text.split_once(',').ok_or_else(form)?;
+    let one = |x: &str| x.trim().parse().ok().filter(|n| *n <= 30).ok_or_else(form);
+    Ok((one(p)?, one(q)?))
+}
+
+/// An order the box has.
+fn box_order(text: &str) -> Result<Order, String> {
+    let (p, q) = any_order(text)?;
+    Order::new(p, q).ok_or_else(|| {
+        let have: Vec<String> = Order::ALL
+            .iter()
+            .map(|o| format!("{},{}", o.p(), o.q()))
+            .collect();
+        format!(
+            "the box does not have order {p},{q}; it has {}",
+            have.join(" ")
+        )
+    })
+}

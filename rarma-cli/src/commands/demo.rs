@@ -1,0 +1,151 @@
+//! `rarma demo`: the virtual machine tool cuts into chatter, and the firmware
+//! application hears it through the simulated hardware.
+
+use super::show;
+use crate::args::DemoArgs;
+use crate::collect::{Collector, News};
+use crate::failure::Failure;
+use crate::report::{self, ReportInput};
+use firmware::App;
+use hal_sim::plant::cut::{Scenario, Truth, VirtualCut};
+use hal_sim::{Microphone, SimBoard};
+use rarma_core::monitor::MonitorConfig;
+use rarma_core::wire::{Deframer, MonitorJob, Telemetry};
+use std::cell::RefCell;
+use std::fs;
+use std::rc::Rc;
+
+/// The demonstration's lines come this often, s.
+const EVERY_S: f64 = 0.01;
+
+pub(super) fn main(args: &DemoArgs) -> Result<u8, Failure> {
+    let scenario = Scenario::chatter_onset(args.seed);
+    let name = scenario.name.clone();
+    let cut = VirtualCut::new(scenario)
+        .map_err(|why| Failure::System(format!("scenario {name}: {why}")))?;
+    let truth = cut.truth().clone();
+    let (fs, length) = (cut.sample_rate_hz(), cut.len() as u64);
+    describe(&name, &truth, length as f64 / fs);
+
+    // What the microphone hears is kept for the page's pictures.
+    let heard = Rc::new(RefCell::new(Vec::with_capacity(cut.len())));
+    let ear = Rc::clone(&heard);
+    let signal = cut.map(move |reading| {
+        ear.borrow_mut().push(f64::from(reading.value));
+        reading.value
+    });
+    let mut board = SimBoard::new(Microphone::hearing(signal, fs));
+    let job = MonitorJob {
+        monitor: MonitorConfig {
+            full_scale: Some(1.0),
+            spindle_hz: Some(truth.spindle_hz),
+            teeth: u32::try_from(truth.teeth).ok(),
+            ..MonitorConfig::new(fs)
+        },
+        channel: 0,
+        every_s: EVERY_S,
+    };
+    let (collector, frames) = play(&mut board, &job, length, &heard)?;
+    fs::create_dir_all(&args.out)?;
+    fs::write(args.out.join("telemetry.bin"), frames)?;
+    let run = collector
+        .run()
+        .ok_or_else(|| Failure::System("the box ended without its last frame".to_owned()))?;
+
+    println!();
+    show::verdict(&run.summary);
+    if let (Some(onset), Some(alarm)) = (truth.onset_s, run.summary.alarms.first()) {
+        let ms = 1e3 * (alarm.on - onset);
+        println!(
+            "The depth passed the stability limit at {onset:.3} s: called {:.0} ms {} that.",
+            ms.abs(),
+            if ms < 0.0 { "before" } else { "after" }
+        );
+    }
+    let band = job.monitor.band();
+    let page = report::write(
+        &args.out,
+        &ReportInput {
+            title: "Demonstration: a simulated cut into chatter",
+            source_name: &name,
+            samples: &heard.borrow(),
+            fs,
+            run: &run,
+            threshold: job.monitor.threshold,
+            band_hz: (band.low_hz, band.high_hz),
+            rpm: Some(60.0 * truth.spindle_hz),
+            teeth: job.monitor.teeth,
+            truth_onset_s: truth.onset_s,
+            truth_note: Some("virtual machine tool: depth passes the stability limit".to_owned()),
+            version: env!("CARGO_PKG_VERSION"),
+        },
+    )?;
+    println!("Report: {}", page.display());
+    if run.summary.alarms.is_empty() {
+        return Err(Failure::System(
+            "the simulated chatter was not called: a defect of this program".to_owned(),
+        ));
+    }
+    Ok(0)
+}
+
+fn describe(name: &str, truth: &Truth, seconds: f64) {
+    println!(
+        "Scenario {name}: {seconds:.1} s of milling, played to the firmware through a simulated board."
+    );
+    println!(
+        "  spindle {:.0} 1/min, {} teeth (tooth passing {:.1} Hz)",
+        60.0 * truth.spindle_hz,
+        truth.teeth,
+        truth.tooth_hz
+    );
+    if let (Some(limit), Some(onset)) = (truth.limit_depth_m, truth.onset_s) {
+        println!(
+            "  the depth passes the stability limit of {:.2} mm at {onset:.2} s",
+            1e3 * limit
+        );
+    }
+    println!();
+}
+
+/// Runs the application to the end of the cut, decoding its frames as they come.
+fn play(
+    board: &mut SimBoard,
+    job: &MonitorJob,
+    length: u64,
+    heard: &Rc<RefCell<Vec<f64>>>,
+) -> Result<(Collector, Vec<u8>), Failure> {
+    let bar = show::progress(length, "cutting");
+    let mut collector = Collector::default();
+    let mut deframer = Deframer::default();
+    let mut frames = Vec::new();
+    let mut app = App::start(board, job)
+        .map_err(|why| Failure::System(format!("the box refused the job: {why:?}")))?;
+    let mut state = None;
+    loop {
+        let outcome = app.step();
+        let bytes = app.board().link.take();
+        for &byte in &bytes {
+            let Some(frame) = deframer.push::<Telemetry>(byte) else {
+                continue;
+            };
+            let (_, message) =
+                frame.map_err(|why| Failure::System(format!("a frame is broken: {why:?}")))?;
+            let news = collector.take(&message);
+            show::alarm(&news, &bar);
+            if let News::Line(line) = news
+                && state != Some(line.state)
+            {
+                state = Some(line.state);
+                let text = format!("{:8.3} s  {}", line.t, show::state_word(line.state));
+                bar.suspend(|| println!("{text}"));
+            }
+        }
+        frames.extend(bytes);
+        bar.set_position(heard.borrow().len() as u64);
+        if outcome.is_some() {
+            bar.finish_and_clear();
+            return Ok((collector, frames));
+        }
+    }
+}

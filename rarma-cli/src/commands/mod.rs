@@ -1,0 +1,27 @@
+//! One file per command.
+
+mod demo;
+mod identify;
+mod monitor;
+mod show;
+mod target;
+
+pub use identify::{Identified, identify};
+pub use monitor::{job, listen};
+pub use target::on_chip;
+
+use crate::args::{Cli, Command};
+use crate::failure::Failure;
+
+/// Runs the command; the exit code where it succeeds.
+///
+/// # Errors
+/// See [`Failure`].
+pub fn run(cli: &Cli) -> Result<u8, Failure> {
+    match &cli.command {
+        Command::Monitor(args) => monitor::main(args),
+        Command::Target(args) => target::main(args),
+        Command::Identify(args) => identify::main(args),
+        Command::Demo(args) => demo::main(args),
+    }
+}

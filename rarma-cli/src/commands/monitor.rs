@@ -1,0 +1,138 @@
+//! `rarma monitor`: a recording in, a verdict out, on the host.
+
+use super::show;
+use crate::args::{InputArgs, MonitorArgs};
+use crate::collect::{Collector, News};
+use crate::failure::Failure;
+use crate::input::{self, ReadOptions, Recording};
+use crate::record::Run;
+use firmware::monitor::MonitorDuty;
+use rarma_core::condition::BandError;
+use rarma_core::monitor::{LEAST_MEMORY, MonitorConfig, MonitorError};
+use rarma_core::wire::MonitorJob;
+
+/// Seconds of signal between two updates of the progress bar.
+const BAR_STEP_S: f64 = 0.5;
+
+pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
+    let recording = read(&args.input)?;
+    let job = job(args, &recording)?;
+    let bar = show::progress(recording.samples.len() as u64, "listening");
+    let step = ((recording.fs * BAR_STEP_S) as u64).max(1);
+    let mut done = 0;
+    let run = listen(&job, recording.samples.iter().map(|&x| x as f32), |news| {
+        if !args.json {
+            show::alarm(&news, &bar);
+        }
+        done += 1;
+        if done % step == 0 {
+            bar.set_position(done);
+        }
+    })?;
+    bar.finish_and_clear();
+    let band = job.monitor.band();
+    show::finish(args, &recording, &run, (band.low_hz, band.high_hz))
+}
+
+/// Reads the recording and passes on what is odd about it.
+///
+/// # Errors
+/// Bad input, in one line.
+pub fn read(args: &InputArgs) -> Result<Recording, Failure> {
+    let recording = input::read(
+        &args.input,
+        &ReadOptions {
+            channel: args.channel,
+            fs: args.fs,
+            check: true,
+        },
+    )?;
+    for notice in &recording.notices {
+        eprintln!("{}: {notice}", args.input.display());
+    }
+    Ok(recording)
+}
+
+/// The job that the box is given for a recording.
+///
+/// # Errors
+/// A setting that does not fit the recording, in one line.
+pub fn job(args: &MonitorArgs, recording: &Recording) -> Result<MonitorJob, Failure> {
+    let monitor = MonitorConfig {
+        full_scale: recording.full_scale,
+        band: args.band,
+        order: args.order,
+        spindle_hz: args.rpm.map(|rpm| rpm / 60.0),
+        teeth: args.teeth,
+        threshold: args.threshold,
+        idle_s: args.idle,
+        ..MonitorConfig::new(recording.fs)
+    };
+    let file = recording.path.display();
+    monitor.check().map_err(|error| match error {
+        MonitorError::Band(BandError::Edges) => Failure::Usage(format!(
+            "--band: both edges must be above 0, the upper one at least 1.2 times the lower (is {}:{})",
+            monitor.band().low_hz,
+            monitor.band().high_hz
+        )),
+        MonitorError::Band(BandError::RateTooLow { highest_hz }) => Failure::Input(format!(
+            "{file}: header: {} Hz is too low a rate for a band up to {} Hz (choose --band with an upper edge of at most {highest_hz:.0} Hz, or record faster)",
+            recording.fs,
+            monitor.band().high_hz
+        )),
+        MonitorError::Band(BandError::TooWide { lowest_hz }) => Failure::Usage(format!(
+            "--band: the lower edge must be at least {lowest_hz} Hz for an upper edge of {} Hz",
+            monitor.band().high_hz
+        )),
+        MonitorError::Band(BandError::Rate) => Failure::Input(format!(
+            "{file}: header: the sampling rate is {} Hz (say the true one with --fs)",
+            recording.fs
+        )),
+        MonitorError::Spindle => Failure::Usage(
+            "--rpm: must lie between 0.06 and 300000 1/min".to_owned(),
+        ),
+        other => Failure::Usage(format!("setting out of range: {other:?}")),
+    })?;
+    let needed = LEAST_MEMORY * 2.0 / recording.fs.min(2.4 * monitor.band().high_hz);
+    if recording.seconds < needed {
+        return Err(Failure::Input(format!(
+            "{file}: end of file: {:.3} s of signal is too short: the model needs {needed:.2} s to start (record longer, or choose a band with a higher upper edge)",
+            recording.seconds
+        )));
+    }
+    Ok(MonitorJob {
+        monitor,
+        channel: 0,
+        every_s: args.every,
+    })
+}
+
+/// Runs the monitor duty of the firmware over samples, on the host. `news` is
+/// called once per sample with what has just been said, if anything.
+///
+/// # Errors
+/// Settings out of range (see [`job`], which says which).
+pub fn listen(
+    job: &MonitorJob,
+    samples: impl IntoIterator<Item = f32>,
+    mut news: impl FnMut(News<'_>),
+) -> Result<Run, Failure> {
+    let refused = |error| Failure::Usage(format!("setting out of range: {error:?}"));
+    let mut duty = MonitorDuty::new(job).map_err(refused)?;
+    let mut collector = Collector::default();
+    collector.take(&duty.started());
+    for x in samples {
+        let mut said = false;
+        duty.sample(x, &mut |message| {
+            said = true;
+            news(collector.take(message));
+        });
+        if !said {
+            news(News::None);
+        }
+    }
+    collector.take(&duty.finished(0, 0, 0));
+    collector
+        .run()
+        .ok_or_else(|| Failure::System("the run has no end: a defect of this program".to_owned()))
+}

@@ -1,0 +1,156 @@
+//! What `monitor`, `target` and `demo` show: lines, alarms, verdict, page.
+
+use crate::args::MonitorArgs;
+use crate::collect::News;
+use crate::failure::Failure;
+use crate::input::Recording;
+use crate::record::{Run, State, Summary};
+use crate::report::{self, ReportInput};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::json;
+use std::io::{self, IsTerminal, Write};
+use std::path::Path;
+
+/// A bar on standard error, on a terminal only.
+pub fn progress(length: u64, what: &str) -> ProgressBar {
+    let target = if io::stderr().is_terminal() {
+        ProgressDrawTarget::stderr_with_hz(10)
+    } else {
+        ProgressDrawTarget::hidden()
+    };
+    let bar = ProgressBar::with_draw_target(Some(length), target);
+    if let Ok(style) = ProgressStyle::with_template("{msg} {bar:40} {percent:>3} %  {eta} left") {
+        bar.set_style(style);
+    }
+    bar.set_message(what.to_owned());
+    bar
+}
+
+/// An alarm as it happens, for people.
+pub fn alarm(news: &News<'_>, bar: &ProgressBar) {
+    let text = match news {
+        News::On(a) => format!(
+            "{:8.3} s  CHATTER called: {:.1} Hz, damping {:.2} %",
+            a.on,
+            a.f,
+            100.0 * a.zeta
+        ),
+        News::Off(a) => format!(
+            "{:8.3} s  released; it was at {:.1} Hz, damping down to {:.2} %",
+            a.off.unwrap_or(f64::NAN),
+            a.f,
+            100.0 * a.zeta
+        ),
+        News::None | News::Line(_) => return,
+    };
+    bar.suspend(|| println!("{text}"));
+}
+
+/// Lines and summary as JSON, one object a line.
+///
+/// # Errors
+/// Standard output is gone.
+pub fn json_lines(run: &Run) -> Result<(), Failure> {
+    let mut out = io::BufWriter::new(io::stdout().lock());
+    for line in &run.lines {
+        serde_json::to_writer(&mut out, line).map_err(io::Error::from)?;
+        out.write_all(b"\n")?;
+    }
+    serde_json::to_writer(&mut out, &json!({ "summary": run.summary })).map_err(io::Error::from)?;
+    out.write_all(b"\n")?;
+    Ok(out.flush()?)
+}
+
+/// The verdict in a few lines.
+pub fn verdict(summary: &Summary) {
+    let seconds = summary.samples as f64 / summary.fs;
+    if summary.alarms.is_empty() {
+        println!("No chatter in {seconds:.2} s.");
+    }
+    for alarm in &summary.alarms {
+        let until = match alarm.off {
+            Some(off) => format!("to {off:.3} s"),
+            None => "to the end".to_owned(),
+        };
+        println!(
+            "Chatter at {:.1} Hz from {:.3} s {until}, damping down to {:.2} %.",
+            alarm.f,
+            alarm.on,
+            100.0 * alarm.zeta
+        );
+    }
+    let mut states: Vec<(&State, &f64)> = summary.state_seconds.iter().collect();
+    states.sort_by(|a, b| b.1.total_cmp(a.1));
+    let words: Vec<String> = states
+        .iter()
+        .map(|(state, s)| format!("{} {s:.2} s", state_word(**state)))
+        .collect();
+    println!("Time spent: {}.", words.join(", "));
+}
+
+/// A state in one word.
+pub fn state_word(state: State) -> &'static str {
+    match state {
+        State::Starting => "starting",
+        State::Idle => "idle",
+        State::Stable => "stable",
+        State::Warning => "warning",
+        State::Chatter => "chatter",
+        State::Invalid => "invalid",
+    }
+}
+
+/// Writes the page of a recording.
+///
+/// # Errors
+/// The folder cannot be written.
+pub fn page(
+    dir: &Path,
+    args: &MonitorArgs,
+    recording: &Recording,
+    run: &Run,
+    band_hz: (f64, f64),
+) -> Result<(), Failure> {
+    let name = recording.path.display().to_string();
+    let path = report::write(
+        dir,
+        &ReportInput {
+            title: &name,
+            source_name: &name,
+            samples: &recording.samples,
+            fs: recording.fs,
+            run,
+            threshold: args.threshold,
+            band_hz,
+            rpm: args.rpm,
+            teeth: args.teeth,
+            truth_onset_s: None,
+            truth_note: None,
+            version: env!("CARGO_PKG_VERSION"),
+        },
+    )
+    .map_err(|why| Failure::System(format!("{}: cannot write the report: {why}", dir.display())))?;
+    eprintln!("report: {}", path.display());
+    Ok(())
+}
+
+/// Lines (JSON or words), page and exit code of a finished run.
+///
+/// # Errors
+/// Output cannot be written.
+pub fn finish(
+    args: &MonitorArgs,
+    recording: &Recording,
+    run: &Run,
+    band_hz: (f64, f64),
+) -> Result<u8, Failure> {
+    if args.json {
+        json_lines(run)?;
+    } else {
+        verdict(&run.summary);
+    }
+    if let Some(dir) = &args.report {
+        page(dir, args, recording, run, band_hz)?;
+    }
+    Ok(u8::from(!run.summary.alarms.is_empty()))
+}

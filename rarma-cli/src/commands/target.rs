@@ -1,0 +1,124 @@
+//! `rarma target`: the same recording through the firmware image on the emulated
+//! Cortex-M4F.
+//!
+//! The recording is handed over as one channel of 32-bit float, the very numbers
+//! that `rarma monitor` takes; the image reads it by semihosting, and its wire
+//! frames are decoded here.
+
+use super::{monitor, show};
+use crate::args::MonitorArgs;
+use crate::collect::Collector;
+use crate::failure::Failure;
+use crate::input::Recording;
+use crate::record::Run;
+use rarma_core::wire::{Deframer, MonitorJob, Telemetry};
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::{env, fs};
+use xtask::{EMULATED_BOARD, Workspace, fw, qemu};
+
+/// Names a ready image, so that none is built.
+pub const ELF_VARIABLE: &str = "RARMA_TARGET_ELF";
+
+pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
+    let recording = monitor::read(&args.input)?;
+    let job = monitor::job(args, &recording)?;
+    let elf = image()?;
+    let bar = show::progress(0, "the emulated chip is listening");
+    bar.enable_steady_tick(std::time::Duration::from_millis(200));
+    let run = on_chip(&elf, &job, &recording)?;
+    bar.finish_and_clear();
+    let band = job.monitor.band();
+    show::finish(args, &recording, &run, (band.low_hz, band.high_hz))
+}
+
+/// Runs one job on the emulated chip.
+///
+/// # Errors
+/// The emulator is missing, or the image failed or was cut short.
+pub fn on_chip(elf: &Path, job: &MonitorJob, recording: &Recording) -> Result<Run, Failure> {
+    qemu::ensure_installed().map_err(|why| Failure::System(why.to_string()))?;
+    let folder = tempfile::tempdir()?;
+    let at = |name: &str| folder.path().join(name);
+    let mut bytes = [0u8; 256];
+    let bytes = postcard::to_slice(job, &mut bytes)
+        .map_err(|why| Failure::System(format!("the job cannot be written: {why}")))?;
+    fs::write(at("job.bin"), bytes)?;
+    write_wav(&at("in.wav"), recording)?;
+
+    let elf = fs::canonicalize(elf)
+        .map_err(|why| Failure::System(format!("{}: no image there: {why}", elf.display())))?;
+    let mut child = qemu::qemu_command(&elf, &[])
+        .current_dir(folder.path())
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::inherit())
+        .spawn()
+        .map_err(|why| Failure::System(format!("cannot start {}: {why}", qemu::PROGRAM)))?;
+    let status = qemu::wait(&mut child, &elf).map_err(|why| Failure::System(why.to_string()))?;
+
+    let mut collector = Collector::default();
+    let mut deframer = Deframer::default();
+    let mut expected = 0u16;
+    for byte in fs::read(at("out.bin")).unwrap_or_default() {
+        match deframer.push::<Telemetry>(byte) {
+            None => {}
+            Some(Err(why)) => {
+                return Err(Failure::System(format!(
+                    "a frame of the image is broken: {why:?}"
+                )));
+            }
+            Some(Ok((sequence, message))) => {
+                if sequence != expected {
+                    return Err(Failure::System(format!(
+                        "frames of the image are missing: {expected} expected, {sequence} found"
+                    )));
+                }
+                expected = expected.wrapping_add(1);
+                collector.take(&message);
+            }
+        }
+    }
+    if let Some(refusal) = collector.refused() {
+        return Err(Failure::System(format!(
+            "the image refused the job: {refusal:?}"
+        )));
+    }
+    if !status.success() {
+        return Err(Failure::System(format!(
+            "the image failed ({status}); `cargo fw run {EMULATED_BOARD}` in a folder with job.bin and in.wav shows its log"
+        )));
+    }
+    collector
+        .run()
+        .ok_or_else(|| Failure::System("the image ended without its last frame".to_owned()))
+}
+
+/// The image to run: the one that is named, or a fresh one.
+///
+/// # Errors
+/// It cannot be built.
+pub fn image() -> Result<PathBuf, Failure> {
+    if let Some(path) = env::var_os(ELF_VARIABLE) {
+        return Ok(PathBuf::from(path));
+    }
+    let failed = |why: xtask::Failure| Failure::System(why.to_string());
+    let workspace = Workspace::locate().map_err(failed)?;
+    fw::build_image(&workspace, EMULATED_BOARD).map_err(failed)
+}
+
+fn write_wav(path: &Path, recording: &Recording) -> Result<(), Failure> {
+    let failed = |why: hound::Error| Failure::System(format!("{}: {why}", path.display()));
+    let spec = hound::WavSpec {
+        channels: 1,
+        // The image takes the rate from its job; a header holds whole numbers only.
+        sample_rate: recording.fs.round().max(1.0) as u32,
+        bits_per_sample: 32,
+        sample_format: hound::SampleFormat::Float,
+    };
+    let mut writer = hound::WavWriter::create(path, spec).map_err(failed)?;
+    for &x in &recording.samples {
+        writer.write_sample(x as f32).map_err(failed)?;
+    }
+    writer.finalize().map_err(failed)
+}

@@ -1,0 +1,46 @@
+//! How a command ends when it does not succeed.
+
+use crate::input::InputError;
+use std::fmt;
+
+/// A failure with its exit code.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Failure {
+    /// Wrong usage: exit code 2.
+    Usage(String),
+    /// Bad input: exit code 3, one line naming file, place and reason.
+    Input(String),
+    /// Something outside the input went wrong (a tool is missing, a disk full):
+    /// exit code 4.
+    System(String),
+}
+
+impl Failure {
+    /// The process' exit code.
+    pub fn code(&self) -> u8 {
+        match self {
+            Self::Usage(_) => 2,
+            Self::Input(_) => 3,
+            Self::System(_) => 4,
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (Self::Usage(what) | Self::Input(what) | Self::System(what)) = self;
+        f.write_str(what)
+    }
+}
+
+impl From<InputError> for Failure {
+    fn from(error: InputError) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
+impl From<std::io::Error> for Failure {
+    fn from(error: std::io::Error) -> Self {
+        Self::System(error.to_string())
+    }
+}

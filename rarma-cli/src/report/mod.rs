@@ -1,0 +1,120 @@
+//! A run as one page: `index.html`, with nothing to load from elsewhere.
+//!
+//! The page says first, in words, what a machinist wants to know; then come the
+//! alarms, four pictures and a strip of states over one common time axis, and
+//! what is needed to doubt it: settings, uncertainty, how to read it. Pictures
+//! are SVG (the waterfall a bitmap inside one), coloured by the page's style
+//! sheet, so that dark mode and print work. Points are thinned to the pixels
+//! they would hide behind: a minute of signal stays well below 2 MB.
+
+/// Writes into a `String`, which cannot fail.
+macro_rules! put {
+    ($out:expr, $($what:tt)*) => {{
+        use std::fmt::Write as _;
+        let _ = write!($out, $($what)*);
+    }};
+}
+
+mod axis;
+mod colours;
+mod modes;
+mod panel;
+mod scene;
+mod signal;
+mod tables;
+#[cfg(test)]
+mod tests;
+mod text;
+mod timeline;
+mod waterfall;
+mod words;
+
+use crate::record::Run;
+use scene::Scene;
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+use text::escape;
+
+/// Everything a report is made of.
+#[derive(Debug, Clone)]
+pub struct ReportInput<'a> {
+    /// Title of the page, such as the name of the job.
+    pub title: &'a str,
+    /// Where the samples came from, for the settings table.
+    pub source_name: &'a str,
+    /// The analysed channel, input units.
+    pub samples: &'a [f64],
+    /// Sampling rate of `samples`, Hz.
+    pub fs: f64,
+    /// What the monitor said.
+    pub run: &'a Run,
+    /// Damping ratio below which a mode counts as undamped, 1.
+    pub threshold: f64,
+    /// Lower and upper edge of the analysed band, Hz.
+    pub band_hz: (f64, f64),
+    /// Spindle speed, 1/min, if known.
+    pub rpm: Option<f64>,
+    /// Teeth of the cutter, if known.
+    pub teeth: Option<u32>,
+    /// When the cut truly lost stability, s, if a simulation told.
+    pub truth_onset_s: Option<f64>,
+    /// Where that truth comes from, in a few words.
+    pub truth_note: Option<String>,
+    /// Version of the program that made the run.
+    pub version: &'a str,
+}
+
+/// Writes `index.html` into `dir`, which is created if it is not there, and
+/// returns its path.
+///
+/// # Errors
+/// The directory or the file cannot be written.
+pub fn write(dir: &Path, job: &ReportInput<'_>) -> io::Result<PathBuf> {
+    fs::create_dir_all(dir)?;
+    let path = dir.join("index.html");
+    fs::write(&path, page(job))?;
+    Ok(path)
+}
+
+/// The page as a string.
+pub fn page(job: &ReportInput<'_>) -> String {
+    let scene = Scene::new(job);
+    let verdict = words::verdict(&scene);
+    let mut html = String::new();
+    put!(
+        html,
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta name=\"color-scheme\" content=\"light dark\">\n\
+         <title>{title}: {headline}</title>\n<style>\n{style}</style>\n</head>\n<body>\n\
+         <header>\n<p class=\"job\">{title}</p>\n\
+         <h1 class=\"{tone}\"><span class=\"sign\" aria-hidden=\"true\">{sign}</span>{headline}</h1>\n",
+        title = escape(job.title),
+        headline = escape(&verdict.headline),
+        style = include_str!("style.css"),
+        tone = verdict.tone.class(),
+        sign = verdict.tone.sign(),
+    );
+    for sentence in &verdict.details {
+        put!(html, "<p>{}</p>\n", escape(sentence));
+    }
+    html.push_str("</header>\n<main>\n");
+    html.push_str(&tables::alarms(&scene));
+    html.push_str(
+        "<section aria-label=\"Pictures over time\">\n<h2>What was seen, over time</h2>\n",
+    );
+    html.push_str(&signal::figure(&scene));
+    html.push_str(&waterfall::figure(&scene));
+    html.push_str(&modes::damping(&scene));
+    html.push_str(&modes::frequency(&scene));
+    html.push_str(&timeline::figure(&scene));
+    html.push_str("</section>\n");
+    html.push_str(&words::how_to_read(&scene));
+    html.push_str(&tables::settings(&scene));
+    put!(
+        html,
+        "</main>\n<footer><p>rarma {}</p></footer>\n</body>\n</html>\n",
+        escape(job.version)
+    );
+    html
+}

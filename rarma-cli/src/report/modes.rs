@@ -1,0 +1,243 @@
+//! Pictures (c) and (d): damping and frequency of every mode.
+
+use super::Scene;
+use super::axis::Axis;
+use super::panel::{LEFT, Panel, RIGHT, TOP};
+use super::scene::free;
+use super::text::{hertz, percent, px};
+use crate::record::{Label, ModeRecord};
+use std::collections::HashSet;
+
+/// Size of the grid that points are thinned to, pixels.
+const CELL: f64 = 3.0;
+/// Ends of the damping axis, percent.
+const ZETA: (f64, f64) = (0.01, 100.0);
+/// Drawn in this order, so that what matters lies on top.
+const LABELS: [Label; 3] = [Label::Structural, Label::Forced, Label::SelfExcited];
+
+fn class(label: Label) -> &'static str {
+    match label {
+        Label::SelfExcited => "self",
+        Label::Structural => "struct",
+        Label::Forced => "forced",
+    }
+}
+
+/// A mark of half-width `r`: shape tells the label without colour.
+fn mark(label: Label, x: f64, y: f64, r: f64) -> String {
+    let (two, x0) = (px(2.0 * r), px(x - r));
+    match label {
+        Label::SelfExcited => format!("M{x0} {}h{two}l-{} -{two}z", px(y + r), px(r)),
+        Label::Structural => {
+            format!(
+                "M{x0} {}a{r} {r} 0 1 0 {two} 0a{r} {r} 0 1 0 -{two} 0",
+                px(y),
+                r = px(r)
+            )
+        }
+        Label::Forced => {
+            let (top, bottom) = (px(y - r), px(y + r));
+            format!("M{x0} {top}l{two} {two}M{x0} {bottom}l{two} -{two}")
+        }
+    }
+}
+
+fn legend(panel: &mut Panel<'_>, extra: &[(String, &str)]) {
+    let mut entries: Vec<(String, &str)> = LABELS
+        .iter()
+        .rev()
+        .map(|&label| {
+            let text = match label {
+                Label::SelfExcited => "self-excited",
+                Label::Structural => "structural",
+                Label::Forced => "forced",
+            };
+            let d = mark(label, 0.0, 0.0, 4.0);
+            (format!(r#"<path class="{}" d="{d}"/>"#, class(label)), text)
+        })
+        .collect();
+    entries.extend_from_slice(extra);
+    panel.legend(&entries);
+}
+
+/// Points of one label, one per cell of the grid; `place` gives the height and
+/// the size of a mode, or nothing if it cannot be drawn.
+fn points(
+    panel: &Panel<'_>,
+    scene: &Scene<'_>,
+    label: Label,
+    place: impl Fn(&ModeRecord) -> Option<(f64, f64)>,
+) -> Vec<(f64, f64, f64, ModeRecord)> {
+    let mut seen = HashSet::new();
+    let mut found = Vec::new();
+    for line in scene.job.run.lines.iter().filter(|l| l.t.is_finite()) {
+        for mode in line.modes.iter().filter(|m| m.label == label) {
+            let Some((y, r)) = place(mode) else { continue };
+            let x = panel.x.at(line.t);
+            if seen.insert(((x / CELL) as i32, (y / CELL) as i32)) {
+                found.push((x, y, r, mode.clone()));
+            }
+        }
+    }
+    found
+}
+
+/// Draws the damping of each mode.
+pub(super) fn damping(scene: &Scene<'_>) -> String {
+    let mut panel = Panel::new(scene, 240.0, "(c) Damping");
+    let y = Axis::log(ZETA.0, ZETA.1, panel.bottom, TOP);
+    panel.axes(&y, 5, "damping ratio ζ (%)");
+    panel.spans();
+    let threshold = 100.0 * scene.job.threshold;
+    if y.holds(threshold) {
+        let at = y.at(threshold);
+        panel.level(at, "threshold");
+        panel.margin(at - 6.0, "small", "threshold");
+        panel.margin(at + 8.0, "small", &percent(scene.job.threshold));
+    }
+    let mut below = 0;
+    for label in LABELS {
+        let place = |m: &ModeRecord| m.zeta.is_finite().then(|| (y.at(100.0 * m.zeta), 2.1));
+        let (mut marks, mut arrows) = (String::new(), String::new());
+        for (x, at, r, mode) in points(&panel, scene, label, place) {
+            if 100.0 * mode.zeta < ZETA.0 {
+                // Off the logarithmic axis: undamped or worse.
+                put!(
+                    arrows,
+                    "M{} {}h7l-3.5 6z",
+                    px(x - 3.5),
+                    px(panel.bottom - 7.0)
+                );
+                below += 1;
+                continue;
+            }
+            marks.push_str(&mark(label, x, at, r));
+        }
+        let class = class(label);
+        panel.add(&format!(
+            r#"<path class="{class}" d="{marks}"/><path class="{class} arrow" d="{arrows}"/><path class="{class} whisker" d="{}"/>"#,
+            whiskers(&panel, scene, label, &y)
+        ));
+    }
+    let whisker = r#"<path class="axisline" d="M0 -6V6"/>"#.to_owned();
+    legend(&mut panel, &[(whisker, "± 1 sd")]);
+    let alt = format!(
+        "Damping ratio of each mode against time on a logarithmic axis from {} to {} percent, \
+         threshold at {}. {}",
+        ZETA.0,
+        ZETA.1,
+        percent(scene.job.threshold),
+        scene.spans_in_words()
+    );
+    let mut caption = String::from(
+        "Operational damping ratio of each mode. Whiskers, drawn for some of the points, span \
+         one standard deviation either way.",
+    );
+    if below > 0 {
+        caption.push_str(" Arrows at the bottom: ζ below 0.01 %, zero or negative.");
+    }
+    panel.finish(&alt, &caption)
+}
+
+/// One standard deviation either way for every mode of a few lines, evenly
+/// spaced: enough to judge all points by, and not a hedge that hides them.
+fn whiskers(panel: &Panel<'_>, scene: &Scene<'_>, label: Label, y: &Axis) -> String {
+    let mut d = String::new();
+    let mut column = f64::MIN;
+    for line in scene.job.run.lines.iter().filter(|l| l.t.is_finite()) {
+        let x = panel.x.at(line.t);
+        if line.modes.is_empty() || x < column + 21.0 {
+            continue;
+        }
+        column = x;
+        for mode in line.modes.iter().filter(|m| m.label == label) {
+            let (low, high) = (mode.zeta - mode.zeta_sd, mode.zeta + mode.zeta_sd);
+            if low.is_finite() && high.is_finite() && 100.0 * high > ZETA.0 {
+                put!(
+                    d,
+                    "M{} {}V{}",
+                    px(x),
+                    px(y.at(100.0 * low)),
+                    px(y.at(100.0 * high))
+                );
+            }
+        }
+    }
+    d
+}
+
+/// Draws the frequency of each mode.
+pub(super) fn frequency(scene: &Scene<'_>) -> String {
+    let mut panel = Panel::new(scene, 220.0, "(d) Frequency");
+    let y = Axis::linear(0.0, scene.f_top, panel.bottom, TOP);
+    panel.axes(&y, 5, "frequency (Hz)");
+    panel.spans();
+    scene.band_edges(&mut panel, &y, "band");
+    let taken = scene.alarm_marks(&mut panel, &y);
+    let forcing = harmonics(&mut panel, scene, &y, taken);
+    for label in LABELS {
+        let place = |m: &ModeRecord| {
+            y.holds(m.f).then(|| {
+                let r = match m.zeta {
+                    z if z < 0.01 => 3.2,
+                    z if z < 0.05 => 2.2,
+                    _ => 1.3,
+                };
+                (y.at(m.f), r)
+            })
+        };
+        let marks: String = points(&panel, scene, label, place)
+            .iter()
+            .map(|(x, at, r, _)| mark(label, *x, *at, *r))
+            .collect();
+        panel.add(&format!(r#"<path class="{}" d="{marks}"/>"#, class(label)));
+    }
+    let mut extra = Vec::new();
+    if let Some((_, name)) = forcing {
+        let line = r#"<path class="harmonic" d="M-12 0H12"/>"#.to_owned();
+        extra.push((line, name));
+    }
+    legend(&mut panel, &extra);
+    let mut caption = String::from(
+        "Frequency of each mode: large marks for ζ below 1 %, middle below 5 %, small above. \
+         Dashed: edges of the analysed band.",
+    );
+    if let Some((f, name)) = forcing {
+        caption.push_str(&format!(
+            " Thin lines: multiples of the {name} frequency, {}.",
+            hertz(f)
+        ));
+    }
+    let alt = format!(
+        "Frequency of each mode against time, up to {}. {}",
+        hertz(scene.f_top),
+        scene.spans_in_words()
+    );
+    panel.finish(&alt, &caption)
+}
+
+/// Thin lines at the multiples of the forcing frequency, numbered where there
+/// is room. `None` if there is no such frequency, or the lines would merge.
+fn harmonics(
+    panel: &mut Panel<'_>,
+    scene: &Scene<'_>,
+    y: &Axis,
+    mut taken: Vec<f64>,
+) -> Option<(f64, &'static str)> {
+    let (f, name) = scene.forcing()?;
+    let gap = y.at(0.0) - y.at(f);
+    if gap < 5.0 {
+        return None;
+    }
+    let mut d = String::new();
+    for k in 1..=(y.hi() / f) as u32 {
+        let at = y.at(f64::from(k) * f);
+        put!(d, "M{LEFT} {}H{RIGHT}", px(at));
+        if free(&taken, at) {
+            taken.push(at);
+            panel.margin(at, "small", &format!("{k}×"));
+        }
+    }
+    panel.add(&format!(r#"<path class="harmonic" d="{d}"/>"#));
+    Some((f, name))
+}

@@ -1,0 +1,97 @@
+//! Picture (a): the signal, as the band between least and largest sample.
+
+use super::Scene;
+use super::axis::Axis;
+use super::panel::{LEFT, Panel, RIGHT, TOP};
+use super::text::{px, seconds, significant};
+
+const HEIGHT: f64 = 120.0;
+
+/// Draws the figure.
+pub(super) fn figure(scene: &Scene<'_>) -> String {
+    let samples = scene.job.samples;
+    let finite = || samples.iter().copied().filter(|v| v.is_finite());
+    let high = finite().fold(f64::MIN, f64::max);
+    let low = finite().fold(f64::MAX, f64::min);
+    let mut panel = Panel::new(scene, HEIGHT, "(a) Signal");
+    let y = if low <= high {
+        let room = 0.06 * (high - low) + 1e-12 * high.abs().max(low.abs());
+        Axis::linear(low - room, high + room, panel.bottom, TOP)
+    } else {
+        Axis::linear(-1.0, 1.0, panel.bottom, TOP)
+    };
+    panel.axes(&y, 4, "input units");
+    panel.spans();
+    let path = if samples.len() > 2 * columns() {
+        envelope(samples, scene, &panel.x, &y)
+    } else {
+        line(samples, scene, &panel.x, &y)
+    };
+    panel.add(&path);
+    if scene.truth().is_some() {
+        let dash = r#"<path class="truth" d="M-12 0H12"/>"#.to_owned();
+        panel.legend(&[(dash, "true onset of instability")]);
+    }
+    let alt = if low <= high {
+        format!(
+            "Signal against time, {} long, between {} and {} input units. {}",
+            seconds(scene.t_end),
+            significant(low),
+            significant(high),
+            scene.spans_in_words()
+        )
+    } else {
+        "Signal against time: there are no samples.".into()
+    };
+    panel.finish(
+        &alt,
+        "The samples as they came in; each pixel column reaches from the smallest to the \
+         largest sample in it. The shaded span under a bar is an alarm, in every picture.",
+    )
+}
+
+fn columns() -> usize {
+    (RIGHT - LEFT) as usize
+}
+
+/// One sample, one vertex.
+fn line(samples: &[f64], scene: &Scene<'_>, x: &Axis, y: &Axis) -> String {
+    let mut d = String::new();
+    let mut pen = 'M';
+    for (i, v) in samples.iter().enumerate() {
+        if !v.is_finite() {
+            pen = 'M';
+            continue;
+        }
+        put!(d, "{pen}{} {}", px(x.at(i as f64 / scene.fs)), px(y.at(*v)));
+        pen = 'L';
+    }
+    format!(r#"<path class="wave" d="{d}"/>"#)
+}
+
+/// A closed outline, one column per pixel; gaps where nothing is finite.
+fn envelope(samples: &[f64], scene: &Scene<'_>, x: &Axis, y: &Axis) -> String {
+    let mut d = String::new();
+    let per_column = samples.len() as f64 / columns() as f64;
+    for column in 0..columns() {
+        let from = (column as f64 * per_column) as usize;
+        let to = (((column + 1) as f64 * per_column) as usize).min(samples.len());
+        let finite = || samples[from..to].iter().copied().filter(|v| v.is_finite());
+        let (low, high) = (
+            finite().fold(f64::MAX, f64::min),
+            finite().fold(f64::MIN, f64::max),
+        );
+        if low > high {
+            continue;
+        }
+        let (bottom, top) = (y.at(low), y.at(high));
+        put!(
+            d,
+            "M{} {}V{}",
+            px(x.at(0.5 * (from + to) as f64 / scene.fs)),
+            px(bottom.max(top + 0.8)),
+            px(top)
+        );
+    }
+    format!(r#"<path class="envelope" d="{d}"/>"#)
+}

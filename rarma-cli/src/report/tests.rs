@@ -1,0 +1,229 @@
+//! Promises of the page as a whole.
+
+use super::*;
+use crate::record::{Alarm, Label, Line, ModeRecord, State, Summary};
+
+fn mode(f: f64, zeta: f64, label: Label) -> ModeRecord {
+    ModeRecord {
+        f,
+        f_sd: 1.0,
+        zeta,
+        zeta_sd: 0.3 * zeta.abs(),
+        amplitude: 0.1,
+        label,
+        harmonic: None,
+    }
+}
+
+fn empty() -> Run {
+    Run {
+        lines: Vec::new(),
+        summary: Summary {
+            fs: 5000.0,
+            samples: 0,
+            order: [4, 3],
+            alarms: Vec::new(),
+            state_seconds: Default::default(),
+        },
+    }
+}
+
+/// Stable, then chatter from 1 s on; `n` lines over 2 s.
+fn chatter(n: usize) -> Run {
+    let mut run = empty();
+    for i in 0..n {
+        let t = 2.0 * i as f64 / n as f64;
+        let (state, zeta, label) = if t < 1.0 {
+            (State::Stable, 0.03, Label::Structural)
+        } else {
+            (State::Chatter, -0.001, Label::SelfExcited)
+        };
+        run.lines.push(Line {
+            t,
+            state,
+            modes: vec![mode(300.0, 0.001, Label::Forced), mode(898.0, zeta, label)],
+        });
+    }
+    run.summary.alarms.push(Alarm {
+        on: 1.0,
+        off: None,
+        f: 898.0,
+        zeta: -0.001,
+    });
+    run.summary.state_seconds = [(State::Stable, 1.0), (State::Chatter, 1.0)].into();
+    run
+}
+
+fn job<'a>(run: &'a Run, samples: &'a [f64]) -> ReportInput<'a> {
+    ReportInput {
+        title: "job",
+        source_name: "cut.wav",
+        samples,
+        fs: 5000.0,
+        run,
+        threshold: 0.01,
+        band_hz: (200.0, 2000.0),
+        rpm: Some(4500.0),
+        teeth: Some(4),
+        truth_onset_s: Some(0.9),
+        truth_note: None,
+        version: "0.1.0",
+    }
+}
+
+fn tone(n: usize) -> Vec<f64> {
+    (0..n).map(|i| (i as f64).sin()).collect()
+}
+
+/// What holds for every page, whatever is on it.
+fn sound(page: &str) {
+    for word in ["http", "NaN", "nan\"", "inf\"", "inf ", "<script", "src="] {
+        assert!(!page.contains(word), "{word}");
+    }
+    let figures = page.matches("<figure>").count();
+    assert_eq!(figures, 5);
+    assert_eq!(page.matches("role=\"img\" aria-label=\"").count(), figures);
+    assert_eq!(page.matches("<figcaption>").count(), figures);
+    assert!(!page.contains("aria-label=\"\""));
+    for tag in [
+        "svg", "figure", "table", "section", "g", "div", "text", "main", "tr", "td", "th",
+    ] {
+        let opened =
+            page.matches(&format!("<{tag} ")).count() + page.matches(&format!("<{tag}>")).count();
+        assert_eq!(opened, page.matches(&format!("</{tag}>")).count(), "{tag}");
+    }
+}
+
+#[test]
+fn a_chatter_page_says_so() {
+    let (run, samples) = (chatter(200), tone(10_000));
+    let page = page(&job(&run, &samples));
+    sound(&page);
+    assert!(page.contains("Chatter at 898\u{a0}Hz from 1\u{a0}s to the end</h1>"));
+    assert!(page.contains("the alarm came 0.1\u{a0}s later"));
+    assert!(page.contains("data:image/png;base64,"));
+    assert!(page.contains("still on at the end"));
+    assert!(page.contains("2.99\u{a0}×"), "multiples of tooth passing");
+}
+
+#[test]
+fn nothing_to_show_is_no_reason_to_panic() {
+    let run = empty();
+    for samples in [
+        vec![],
+        vec![0.0],
+        tone(20),
+        vec![0.0; 5000],
+        vec![f64::NAN; 5000],
+    ] {
+        let page = page(&job(&run, &samples));
+        sound(&page);
+        assert!(page.contains("No verdict"));
+    }
+    let mut run = chatter(100);
+    for line in &mut run.lines {
+        line.modes.clear();
+    }
+    sound(&page(&job(&run, &tone(10_000))));
+}
+
+#[test]
+fn broken_numbers_do_not_reach_the_page() {
+    let mut run = chatter(50);
+    for (i, line) in run.lines.iter_mut().enumerate() {
+        let bad = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300][i % 4];
+        line.modes[0].f = bad;
+        line.modes[1].zeta = bad;
+        line.modes[1].zeta_sd = bad;
+        line.modes[1].amplitude = bad;
+    }
+    run.lines[3].t = f64::NAN;
+    run.summary.alarms[0].off = Some(f64::NAN);
+    run.summary.alarms[0].zeta = f64::NAN;
+    let samples = tone(1000);
+    let mut job = job(&run, &samples);
+    sound(&page(&job));
+    (job.fs, job.band_hz, job.threshold) = (f64::NAN, (f64::NAN, f64::INFINITY), f64::NAN);
+    (job.rpm, job.truth_onset_s) = (Some(f64::INFINITY), Some(f64::NAN));
+    sound(&page(&job));
+    (job.fs, job.band_hz, job.rpm) = (0.0, (0.0, 0.0), Some(0.0));
+    sound(&page(&job));
+}
+
+#[test]
+fn strings_from_outside_stay_text() {
+    let (run, samples) = (chatter(10), tone(1000));
+    let mut job = job(&run, &samples);
+    let evil = "\"><script>x</script>&'";
+    (job.title, job.source_name, job.version) = (evil, evil, evil);
+    job.truth_note = Some(evil.into());
+    let page = page(&job);
+    sound(&page);
+    let escaped = "&quot;&gt;&lt;script&gt;x&lt;/script&gt;&amp;&#39;";
+    assert!(page.matches(escaped).count() >= 5);
+}
+
+#[test]
+fn a_minute_stays_small() {
+    let samples: Vec<f64> = (0..60 * 8000)
+        .map(|i| f64::from(i % 7919 * 31 % 1009) - 504.0)
+        .collect();
+    let mut run = chatter(6000);
+    for (i, line) in run.lines.iter_mut().enumerate() {
+        line.t *= 30.0;
+        for k in 1..15_u32 {
+            let zeta = 0.2 / (1.0 + f64::from((i as u32 * 31 * k) % 97));
+            line.modes.push(mode(
+                130.0 * f64::from(k) + (i % 50) as f64,
+                zeta,
+                Label::Structural,
+            ));
+        }
+    }
+    let mut job = job(&run, &samples);
+    job.fs = 8000.0;
+    let size = page(&job).len();
+    assert!(size < 2_000_000, "{size} bytes");
+}
+
+#[test]
+fn verdicts() {
+    let headline = |seconds: &[(State, f64)]| {
+        let mut run = empty();
+        run.summary.state_seconds = seconds.iter().copied().collect();
+        let job = job(&run, &[]);
+        words::verdict(&Scene::new(&job)).headline
+    };
+    for (seconds, want) in [
+        (&[(State::Stable, 1.0)][..], "No chatter"),
+        (&[(State::Idle, 1.0)], "No chatter: nothing was being cut"),
+        (
+            &[(State::Stable, 1.0), (State::Warning, 0.5)],
+            "No chatter, but warnings for 0.5\u{a0}s",
+        ),
+        (
+            &[(State::Stable, 1.0), (State::Invalid, 2.0)],
+            "No verdict: the samples could not be trusted for 2\u{a0}s",
+        ),
+        (
+            &[(State::Starting, 1.0)],
+            "No verdict: the recording ended before the monitor was ready",
+        ),
+        (&[], "No verdict: nothing was analysed"),
+    ] {
+        assert_eq!(headline(seconds), want);
+    }
+}
+
+#[test]
+fn the_file_is_written_where_asked() {
+    let dir = tempfile::tempdir().unwrap();
+    let (run, samples) = (chatter(10), tone(1000));
+    let path = write(&dir.path().join("a/b"), &job(&run, &samples)).unwrap();
+    assert!(path.ends_with("a/b/index.html"));
+    assert!(
+        fs::read_to_string(path)
+            .unwrap()
+            .starts_with("<!doctype html>")
+    );
+}

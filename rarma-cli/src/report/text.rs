@@ -1,0 +1,121 @@
+//! Numbers and strings as a page needs them: with units, and never as markup.
+
+/// Stands between a number and its unit, so that a line never breaks there.
+const NBSP: char = '\u{a0}';
+
+/// Makes a string from outside safe as element text or in a quoted attribute.
+pub(super) fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&#39;"),
+            c if c.is_control() && c != '\n' => out.push('\u{fffd}'),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+/// At most three significant digits, whole numbers in full; a dash if there is
+/// none.
+pub(super) fn significant(value: f64) -> String {
+    if !value.is_finite() {
+        return "–".into();
+    }
+    let size = value.abs();
+    if size != 0.0 && !(1e-4..1e7).contains(&size) {
+        return format!("{value:.2e}").replace('-', "−");
+    }
+    // Digits are counted after rounding: 9.996 has one decimal, 10.0, and not two.
+    let decimals = (0..=6)
+        .rev()
+        .find(|&d| {
+            let rounded = (size * 10_f64.powi(d)).round();
+            rounded < 1000.0 || d == 0
+        })
+        .unwrap_or(0);
+    let mut text = format!("{value:.*}", decimals as usize).replace('-', "−");
+    if text.contains('.') {
+        text.truncate(text.trim_end_matches('0').trim_end_matches('.').len());
+    }
+    text
+}
+
+/// A number with its unit.
+pub(super) fn with_unit(value: f64, unit: &str) -> String {
+    format!("{}{NBSP}{unit}", significant(value))
+}
+
+/// A frequency.
+pub(super) fn hertz(value: f64) -> String {
+    with_unit(value, "Hz")
+}
+
+/// A time or duration.
+pub(super) fn seconds(value: f64) -> String {
+    with_unit(value, "s")
+}
+
+/// A ratio such as ζ in percent.
+pub(super) fn percent(ratio: f64) -> String {
+    with_unit(100.0 * ratio, "%")
+}
+
+/// A count with thin gaps between thousands.
+pub(super) fn count(value: u64) -> String {
+    let digits = value.to_string();
+    let mut out = String::new();
+    for (i, c) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) && digits.len() > 4 {
+            out.push('\u{202f}');
+        }
+        out.push(c);
+    }
+    out
+}
+
+/// A coordinate in an SVG: tenths of a pixel, as short as it goes.
+pub(super) fn px(value: f64) -> String {
+    // Coordinates are clamped by the axes; this is the last line of defence.
+    let tenths = if value.is_finite() {
+        (value * 10.0).round() / 10.0
+    } else {
+        0.0
+    };
+    format!("{}", tenths + 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits() {
+        for (value, want) in [
+            (0.0, "0"),
+            (9.996, "10"),
+            (898.4, "898"),
+            (2.3149, "2.31"),
+            (12_345.6, "12346"),
+            (-0.1234, "−0.123"),
+            (0.001_234, "0.00123"),
+            (3.2e-7, "3.20e−7"),
+            (f64::NAN, "–"),
+        ] {
+            assert_eq!(significant(value), want);
+        }
+        assert_eq!(percent(0.01234), "1.23\u{a0}%");
+        assert_eq!(count(1_234_567), "1\u{202f}234\u{202f}567");
+        assert_eq!(px(-0.01), "0");
+        assert_eq!(px(f64::NAN), "0");
+    }
+
+    #[test]
+    fn markup_is_defused() {
+        assert_eq!(escape("<a b='\"&"), "&lt;a b=&#39;&quot;&amp;");
+    }
+}

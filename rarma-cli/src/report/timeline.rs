@@ -1,0 +1,102 @@
+//! Picture (e): the state at every instant, one lane per state.
+//!
+//! Lanes instead of one coloured strip: a state is told by its height, so the
+//! picture reads without colour and a flicker of one line stays visible.
+
+use super::Scene;
+use super::axis::Axis;
+use super::panel::{LEFT, Panel, TOP};
+use super::text::{px, seconds};
+use crate::record::State;
+
+const LANE: f64 = 20.0;
+
+/// Worst on top.
+const STATES: [(State, &str); 6] = [
+    (State::Chatter, "chatter"),
+    (State::Warning, "warning"),
+    (State::Stable, "stable"),
+    (State::Idle, "idle"),
+    (State::Starting, "starting"),
+    (State::Invalid, "invalid"),
+];
+
+/// Name of a state, as telemetry spells it.
+pub(super) fn name(state: State) -> &'static str {
+    STATES
+        .iter()
+        .find(|(s, _)| *s == state)
+        .map_or("", |(_, name)| *name)
+}
+
+/// Draws the figure.
+pub(super) fn figure(scene: &Scene<'_>) -> String {
+    let lines = &scene.job.run.lines;
+    let total = |state| scene.job.run.summary.state_seconds.get(&state).copied();
+    let shown: Vec<(State, &str)> = STATES
+        .into_iter()
+        .filter(|(s, _)| {
+            // The three that a cut goes through are always there to compare.
+            matches!(s, State::Chatter | State::Warning | State::Stable)
+                || lines.iter().any(|l| l.state == *s)
+                || total(*s).is_some_and(|t| t > 0.0)
+        })
+        .collect();
+    let mut panel = Panel::new(scene, LANE * shown.len() as f64, "(e) State");
+    panel.spans();
+    let mut spoken = Vec::new();
+    for (i, (state, name)) in shown.iter().enumerate() {
+        let middle = TOP + LANE * (i as f64 + 0.5);
+        let d = runs(scene, &panel.x, *state, middle);
+        panel.add(&format!(
+            r#"<path class="state state-{name}" stroke-width="{}" d="{d}"/>"#,
+            px(LANE - 6.0)
+        ));
+        if i > 0 {
+            panel.level(TOP + LANE * i as f64, "grid");
+        }
+        panel.label(LEFT - 8.0, middle + 4.0, "number", "end", name);
+        if let Some(t) = total(*state).filter(|t| t.is_finite()) {
+            panel.margin(middle, "small", &seconds(t));
+            spoken.push(format!("{name} {}", seconds(t)));
+        }
+    }
+    let alt = format!(
+        "State against time. In all: {}. {}",
+        if spoken.is_empty() {
+            "nothing".into()
+        } else {
+            spoken.join(", ")
+        },
+        scene.spans_in_words()
+    );
+    panel.finish(
+        &alt,
+        "What the monitor believed at each instant; on the right, the time spent in each state.",
+    )
+}
+
+/// Stretches of one state as horizontal strokes. Strokes that a viewer could
+/// not tell apart are joined.
+fn runs(scene: &Scene<'_>, x: &Axis, state: State, y: f64) -> String {
+    let lines = &scene.job.run.lines;
+    let mut strokes: Vec<(f64, f64)> = Vec::new();
+    for (i, line) in lines.iter().enumerate() {
+        if line.state != state || !line.t.is_finite() {
+            continue;
+        }
+        // A line holds until the next one speaks.
+        let until = lines.get(i + 1).map_or(scene.t_end, |next| next.t);
+        let (from, to) = (x.at(line.t), x.at(until));
+        let to = to.max(from + 0.5);
+        match strokes.last_mut() {
+            Some(last) if from - last.1 < 0.3 => last.1 = last.1.max(to),
+            _ => strokes.push((from, to)),
+        }
+    }
+    let mut d = String::new();
+    for (from, to) in strokes {
+        put!(d, "M{} {}H{}", px(from), px(y), px(to));
+    }
+    d
+}

@@ -1,0 +1,211 @@
+//! The verdict in words, and what one has to know to read the pictures.
+
+use super::Scene;
+use super::text::{escape, hertz, percent, seconds};
+use crate::record::State;
+
+/// How bad the news is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Tone {
+    Bad,
+    Careful,
+    Good,
+    Unknown,
+}
+
+impl Tone {
+    /// Name for the style sheet.
+    pub(super) fn class(self) -> &'static str {
+        match self {
+            Self::Bad => "bad",
+            Self::Careful => "careful",
+            Self::Good => "good",
+            Self::Unknown => "unknown",
+        }
+    }
+
+    /// A sign that tells without colour; the words say the same.
+    pub(super) fn sign(self) -> &'static str {
+        match self {
+            Self::Bad => "▲",
+            Self::Careful => "◆",
+            Self::Good => "●",
+            Self::Unknown => "○",
+        }
+    }
+}
+
+/// Headline and the sentences below it.
+pub(super) struct Verdict {
+    pub(super) tone: Tone,
+    pub(super) headline: String,
+    pub(super) details: Vec<String>,
+}
+
+/// The run in words a machinist can act on.
+pub(super) fn verdict(scene: &Scene<'_>) -> Verdict {
+    let summary = &scene.job.run.summary;
+    let spent = |state| summary.state_seconds.get(&state).copied().unwrap_or(0.0);
+    let total: f64 = summary.state_seconds.values().sum();
+    let cutting = spent(State::Stable) + spent(State::Warning) + spent(State::Chatter);
+    let invalid = spent(State::Invalid);
+    let (tone, headline) = match summary.alarms.as_slice() {
+        [] if spent(State::Chatter) > 0.0 => {
+            let t = seconds(spent(State::Chatter));
+            (
+                Tone::Bad,
+                format!("Chatter for {t}, without an alarm on record"),
+            )
+        }
+        [] if total <= 0.0 => (Tone::Unknown, "No verdict: nothing was analysed".to_owned()),
+        [] if invalid > 0.5 * total => (
+            Tone::Unknown,
+            format!(
+                "No verdict: the samples could not be trusted for {}",
+                seconds(invalid)
+            ),
+        ),
+        [] if cutting <= 0.0 && spent(State::Idle) <= 0.0 => (
+            Tone::Unknown,
+            "No verdict: the recording ended before the monitor was ready".to_owned(),
+        ),
+        [] if cutting <= 0.0 => (Tone::Good, "No chatter: nothing was being cut".to_owned()),
+        [] if spent(State::Warning) > 0.0 => (
+            Tone::Careful,
+            format!(
+                "No chatter, but warnings for {}",
+                seconds(spent(State::Warning))
+            ),
+        ),
+        [] => (Tone::Good, "No chatter".to_owned()),
+        [one] => {
+            let until = match one.off {
+                Some(off) => format!("to {}", seconds(off)),
+                None => "to the end".into(),
+            };
+            let (f, on) = (hertz(one.f), seconds(one.on));
+            (Tone::Bad, format!("Chatter at {f} from {on} {until}"))
+        }
+        [first, ..] => (
+            Tone::Bad,
+            format!(
+                "Chatter {} times, first at {} from {}",
+                summary.alarms.len(),
+                hertz(first.f),
+                seconds(first.on)
+            ),
+        ),
+    };
+    let mut details = Vec::new();
+    if let Some(lowest) = summary.alarms.iter().map(|a| a.zeta).reduce(f64::min) {
+        details.push(format!(
+            "The damping ratio fell to {}; below {} a mode counts as undamped.",
+            percent(lowest),
+            percent(scene.job.threshold)
+        ));
+    }
+    if invalid > 0.0 && tone != Tone::Unknown {
+        let t = seconds(invalid);
+        details.push(format!("For {t} the samples could not be trusted."));
+    }
+    details.extend(against_truth(scene));
+    Verdict {
+        tone,
+        headline,
+        details,
+    }
+}
+
+/// How the alarms compare with what is known to have happened.
+fn against_truth(scene: &Scene<'_>) -> Option<String> {
+    let onset = scene.job.truth_onset_s.filter(|t| t.is_finite())?;
+    let source = match scene.job.truth_note.as_deref() {
+        Some(note) if !note.is_empty() => format!(" ({note})"),
+        _ => String::new(),
+    };
+    let alarms = &scene.job.run.summary.alarms;
+    let early = alarms.iter().filter(|a| a.on < onset).count();
+    let first_after = alarms.iter().find(|a| a.on >= onset);
+    let mut said = format!("The cut truly lost stability at {}{source}", seconds(onset));
+    match (early, first_after) {
+        (0, None) => said.push_str(" and no alarm was raised: it was missed."),
+        (0, Some(a)) => said.push_str(&format!(
+            "; the alarm came {} later.",
+            seconds(a.on - onset)
+        )),
+        (n, after) => {
+            let lead = seconds(onset - alarms[0].on);
+            let alarm = if n == 1 { "an alarm" } else { "alarms" };
+            said.push_str(&format!("; {alarm} came before it, the first {lead} early"));
+            match after {
+                Some(a) => said.push_str(&format!(
+                    ", the first after it {} late.",
+                    seconds(a.on - onset)
+                )),
+                None => said.push('.'),
+            }
+        }
+    }
+    Some(said)
+}
+
+/// Standard deviation of a damping ratio relative to itself, after watching for
+/// `t` seconds: 1 / √(2π f ζ t).
+fn relative_sd(f: f64, zeta: f64, t: f64) -> f64 {
+    (std::f64::consts::TAU * f * zeta * t).sqrt().recip()
+}
+
+/// A short honest text with the uncertainty of this very run as its example.
+pub(super) fn how_to_read(scene: &Scene<'_>) -> String {
+    let example = example(scene);
+    let forcing = match scene.forcing() {
+        Some((f, name)) => format!(" Here the {name} frequency is {}.", hertz(f)),
+        None => " Here no spindle speed was given, so nothing could be recognised as forced \
+                 by its frequency: a self-excited mode may be the cutter's own hum."
+            .into(),
+    };
+    format!(
+        "<section aria-label=\"How to read this\">\n<h2>How to read this</h2>\n<ul>\n\
+         <li><b>Damping ratio ζ</b> tells how fast a vibration dies away when nothing feeds it. \
+         A machine at rest has some percent; a cut that feeds the vibration lowers it, and at \
+         zero the vibration keeps itself alive.</li>\n\
+         <li><b>Damping near zero alone is not chatter.</b> Anything that hums steadily, such as \
+         a tooth passing at each turn, looks undamped as well. Chatter is called when a mode is \
+         undamped, lies away from the multiples of the spindle speed, and stays so.</li>\n\
+         <li><b>Forced</b> means: at a multiple of the spindle or tooth frequency. It stops with \
+         the spindle and does not grow by itself. <b>Structural</b> is a damped resonance of \
+         machine, tool or workpiece. <b>Self-excited</b> is undamped and no multiple.{}</li>\n\
+         <li><b>Damping is never known exactly.</b> Watching a mode for T seconds leaves \
+         sd(ζ)/ζ ≈ 1/√(2π f ζ T){}. One low point is not a finding; a row of them is.</li>\n\
+         <li>Chatter that lies very close to a multiple of the spindle speed can pass for forced, \
+         and two modes closer together than the model can part appear as one.</li>\n\
+         </ul>\n</section>\n",
+        escape(&forcing),
+        escape(&example)
+    )
+}
+
+/// The rule with the numbers of this run.
+fn example(scene: &Scene<'_>) -> String {
+    let seen = || {
+        let modes = scene.job.run.lines.iter().flat_map(|l| &l.modes);
+        modes.map(|m| m.f).find(|f| f.is_finite() && *f > 0.0)
+    };
+    let alarm = scene.spans.first().map(|s| s.f);
+    let Some(f) = alarm.filter(|f| f.is_finite() && *f > 0.0).or_else(seen) else {
+        return String::new();
+    };
+    let zeta = scene.job.threshold;
+    if !(zeta.is_finite() && zeta > 0.0) {
+        return String::new();
+    }
+    format!(
+        ": at {} a damping ratio of {} is known to ± {} of itself after {}, to ± {} after {}",
+        hertz(f),
+        percent(zeta),
+        percent(relative_sd(f, zeta, 0.1)),
+        seconds(0.1),
+        percent(relative_sd(f, zeta, 1.0)),
+        seconds(1.0)
+    )
+}

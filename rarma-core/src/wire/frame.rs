@@ -1,0 +1,224 @@
+//! Frames: how a message travels over a byte link.
+//!
+//! ```text
+//! COBS( magic "RA" | version u8 | sequence u16 LE | postcard body | CRC-16 LE ) 0x00
+//! ```
+//!
+//! The zero byte ends a frame and occurs nowhere else, so a receiver that starts
+//! in the middle, or loses bytes, is back in step at the next frame. The CRC is
+//! CRC-16/IBM-SDLC over everything before it. A sequence number that jumps tells
+//! of lost frames.
+
+use crc::{CRC_16_IBM_SDLC, Crc};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// First two bytes of every frame.
+pub const MAGIC: [u8; 2] = *b"RA";
+/// Version of the messages; a receiver refuses any other by name.
+pub const VERSION: u8 = 1;
+/// Longest frame on the wire, bytes, the closing zero included.
+pub const MAX_FRAME: usize = 320;
+/// Longest frame before it is stuffed.
+const MAX_PLAIN: usize = MAX_FRAME - 4;
+const HEAD: usize = 5;
+const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_SDLC);
+
+/// Why bytes are not a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FrameError {
+    /// The message does not fit into [`MAX_FRAME`].
+    TooLong,
+    /// Shorter than the head and the CRC.
+    TooShort,
+    /// The byte stuffing is broken: bytes were lost or garbled.
+    Stuffing,
+    /// Does not start with [`MAGIC`].
+    Magic,
+    /// Made by another version of the protocol.
+    Version {
+        /// Version in the frame.
+        found: u8,
+    },
+    /// The CRC does not match.
+    Crc,
+    /// The body is not a message of this kind.
+    Body,
+}
+
+/// Writes one frame into `out` and returns its bytes, the closing zero included.
+///
+/// # Errors
+/// [`FrameError::TooLong`] if the message does not fit.
+pub fn encode<'a, M: Serialize>(
+    message: &M,
+    sequence: u16,
+    out: &'a mut [u8; MAX_FRAME],
+) -> Result<&'a [u8], FrameError> {
+    let mut plain = [0u8; MAX_PLAIN];
+    let (head, body) = plain.split_at_mut(HEAD);
+    let [s0, s1] = sequence.to_le_bytes();
+    head.copy_from_slice(&[MAGIC[0], MAGIC[1], VERSION, s0, s1]);
+    let room = body.len() - 2;
+    let used = postcard::to_slice(message, &mut body[..room])
+        .map_err(|_| FrameError::TooLong)?
+        .len();
+    let crc = CRC.checksum(&plain[..HEAD + used]).to_le_bytes();
+    plain[HEAD + used..HEAD + used + 2].copy_from_slice(&crc);
+    let stuffed = cobs::try_encode(&plain[..HEAD + used + 2], &mut out[..MAX_FRAME - 1])
+        .map_err(|_| FrameError::TooLong)?;
+    out[stuffed] = 0;
+    Ok(&out[..=stuffed])
+}
+
+/// Reads one frame without its closing zero; returns the sequence number and the
+/// message.
+///
+/// # Errors
+/// See [`FrameError`]; the bytes are garbled, of another version or another kind.
+pub fn decode<M: DeserializeOwned>(stuffed: &[u8]) -> Result<(u16, M), FrameError> {
+    let mut plain = [0u8; MAX_FRAME];
+    if stuffed.len() > MAX_FRAME {
+        return Err(FrameError::TooLong);
+    }
+    let n = cobs::decode(stuffed, &mut plain)
+        .map_err(|_| FrameError::Stuffing)?
+        .frame_size();
+    let plain = plain.get(..n).ok_or(FrameError::Stuffing)?;
+    if plain.len() < HEAD + 2 {
+        return Err(FrameError::TooShort);
+    }
+    let (content, crc) = plain.split_at(plain.len() - 2);
+    if content[..2] != MAGIC {
+        return Err(FrameError::Magic);
+    }
+    if CRC.checksum(content).to_le_bytes() != crc {
+        return Err(FrameError::Crc);
+    }
+    if content[2] != VERSION {
+        return Err(FrameError::Version { found: content[2] });
+    }
+    let sequence = u16::from_le_bytes([content[3], content[4]]);
+    let message = postcard::from_bytes(&content[HEAD..]).map_err(|_| FrameError::Body)?;
+    Ok((sequence, message))
+}
+
+/// Collects bytes from a link until a frame is complete.
+#[derive(Debug, Clone)]
+pub struct Deframer {
+    buffer: [u8; MAX_FRAME],
+    used: usize,
+    overrun: bool,
+}
+
+impl Default for Deframer {
+    fn default() -> Self {
+        Self {
+            buffer: [0; MAX_FRAME],
+            used: 0,
+            overrun: false,
+        }
+    }
+}
+
+impl Deframer {
+    /// Takes one byte; at the end of a frame, gives what it held. A frame longer
+    /// than [`MAX_FRAME`] is dropped as a whole and reported as too long.
+    pub fn push<M: DeserializeOwned>(&mut self, byte: u8) -> Option<Result<(u16, M), FrameError>> {
+        if byte != 0 {
+            match self.buffer.get_mut(self.used) {
+                Some(place) => {
+                    *place = byte;
+                    self.used += 1;
+                }
+                None => self.overrun = true,
+            }
+            return None;
+        }
+        let (used, overrun) = (self.used, self.overrun);
+        self.used = 0;
+        self.overrun = false;
+        if overrun {
+            return Some(Err(FrameError::TooLong));
+        }
+        if used == 0 {
+            return None;
+        }
+        Some(decode(&self.buffer[..used]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wire::{AlarmMessage, Telemetry};
+    use proptest::prelude::*;
+
+    fn message(sample: u64) -> Telemetry {
+        Telemetry::Alarm(AlarmMessage {
+            sample,
+            on: true,
+            frequency: 898.6,
+            damping: 0.003,
+        })
+    }
+
+    #[test]
+    fn round_trip_and_refusals() {
+        let mut out = [0; MAX_FRAME];
+        let frame = encode(&message(7), 42, &mut out).unwrap().to_vec();
+        assert_eq!(frame.iter().filter(|&&b| b == 0).count(), 1);
+        let stuffed = &frame[..frame.len() - 1];
+        assert_eq!(decode(stuffed), Ok((42, message(7))));
+
+        let mut plain = vec![0; 400];
+        let n = cobs::decode(stuffed, &mut plain).unwrap().frame_size();
+        plain.truncate(n);
+        let restuff = |plain: &[u8]| {
+            let mut out = vec![0; 500];
+            let n = cobs::encode(plain, &mut out);
+            out.truncate(n);
+            out
+        };
+        let mut other = plain.clone();
+        other[2] = 9;
+        let end = other.len() - 2;
+        let crc = CRC.checksum(&other[..end]).to_le_bytes();
+        other[end..].copy_from_slice(&crc);
+        let refused = decode::<Telemetry>(&restuff(&other));
+        assert_eq!(refused, Err(FrameError::Version { found: 9 }));
+        let mut flipped = plain.clone();
+        flipped[8] ^= 1;
+        assert_eq!(
+            decode::<Telemetry>(&restuff(&flipped)),
+            Err(FrameError::Crc)
+        );
+        assert_eq!(decode::<Telemetry>(&[1]), Err(FrameError::TooShort));
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_are_survived_and_the_next_frame_is_read(
+            garbage in proptest::collection::vec(any::<u8>(), 0..900)
+        ) {
+            let mut out = [0; MAX_FRAME];
+            let frame = encode(&message(1), 2, &mut out).unwrap();
+            let mut deframer = Deframer::default();
+            let mut last = None;
+            for &b in garbage.iter().chain(&[0]).chain(frame) {
+                if let Some(result) = deframer.push::<Telemetry>(b) {
+                    last = Some(result);
+                }
+            }
+            prop_assert_eq!(last, Some(Ok((2, message(1)))));
+        }
+
+        #[test]
+        fn a_cut_frame_is_never_taken_for_a_message(cut in 1usize..30) {
+            let mut out = [0; MAX_FRAME];
+            let frame = encode(&message(3), 5, &mut out).unwrap();
+            let keep = frame.len().saturating_sub(1 + cut);
+            prop_assert!(decode::<Telemetry>(&frame[..keep]).is_err());
+        }
+    }
+}

@@ -1,0 +1,207 @@
+//! `cargo xtask count`: instructions and estimated cycles per sample on the Cortex-M4F.
+//!
+//! The image `count` runs a kernel over a fixed signal between the functions `roi_begin`
+//! and `roi_end`. QEMU runs it with the plugin in `tools/m4-cycles`, which counts what is
+//! executed between the two. The kernel `nop` is the empty loop; its counts are subtracted.
+
+mod image;
+mod plugin;
+pub mod table;
+
+use std::fs;
+use std::path::PathBuf;
+
+use crate::toolchain::ArmToolchain;
+use crate::{Failure, Result, Workspace, qemu};
+use image::CountImage;
+use table::{Row, Table};
+
+/// The kernel that does nothing.
+const EMPTY_KERNEL: &str = "nop";
+
+/// A parsed `cargo xtask count` command line.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Request {
+    /// Only these kernels; all when empty.
+    pub kernels: Vec<String>,
+    /// Only name the kernels.
+    pub list: bool,
+    /// Write the table into this file.
+    pub markdown: Option<PathBuf>,
+    /// Compare with the table in this file.
+    pub check: Option<PathBuf>,
+}
+
+impl Request {
+    /// Reads the arguments after `count`.
+    ///
+    /// # Errors
+    /// Names the option that is unknown or lacks its file.
+    pub fn parse(arguments: &[String]) -> Result<Self> {
+        let mut request = Self::default();
+        let mut words = arguments.iter();
+        while let Some(word) = words.next() {
+            let mut file = || {
+                words
+                    .next()
+                    .map(PathBuf::from)
+                    .ok_or_else(|| Failure::usage(format!("`{word}` needs a file")))
+            };
+            match word.as_str() {
+                "--list" => request.list = true,
+                "--markdown" => request.markdown = Some(file()?),
+                "--check" => request.check = Some(file()?),
+                option if option.starts_with('-') => {
+                    return Err(Failure::usage(format!("`count` knows no `{option}`"))
+                        .advise("cargo xtask count [--list] [--markdown FILE] [--check FILE] [KERNEL...]"));
+                }
+                kernel => request.kernels.push(kernel.to_owned()),
+            }
+        }
+        Ok(request)
+    }
+}
+
+/// The command `count`.
+///
+/// # Errors
+/// When the image cannot be built or run, or a count differs from the table to check.
+pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
+    let request = Request::parse(arguments)?;
+    let toolchain = ArmToolchain::find_or_make(workspace)?;
+    eprintln!("count: {}", toolchain.description());
+    qemu::ensure_installed()?;
+    let image = CountImage::build(workspace, &toolchain)?;
+    if request.list {
+        for kernel in image.kernels()? {
+            println!("{kernel}");
+        }
+        return Ok(0);
+    }
+    let table = measure(
+        workspace,
+        &image,
+        &request.kernels,
+        toolchain.compiler_version()?,
+    )?;
+    println!("{}", table.markdown());
+    if let Some(path) = &request.markdown {
+        let text = read(path)?;
+        let text = table.written_into(&text).map_err(|why| {
+            Failure::new(format!("cannot put the table into {}", path.display())).because(why)
+        })?;
+        fs::write(path, text)
+            .map_err(|why| Failure::new(format!("cannot write {}", path.display())).because(why))?;
+    }
+    if let Some(path) = &request.check {
+        check(&table, path)?;
+    }
+    Ok(0)
+}
+
+/// Builds the image and measures kernels: those named, or all.
+///
+/// # Errors
+/// When something cannot be built or run, or a kernel is unknown.
+pub fn measure_all(workspace: &Workspace, toolchain: &ArmToolchain) -> Result<Table> {
+    let image = CountImage::build(workspace, toolchain)?;
+    measure(workspace, &image, &[], toolchain.compiler_version()?)
+}
+
+/// Fails unless the counts are within the tolerance of the table in the file.
+///
+/// # Errors
+/// When the file has no such table, or for every kernel whose count differs.
+pub fn check(table: &Table, path: &std::path::Path) -> Result<()> {
+    let committed = Table::found_in(&read(path)?).map_err(|why| {
+        Failure::new(format!("cannot read the table in {}", path.display())).because(why)
+    })?;
+    let differences = table.differences_from(&committed);
+    if differences.is_empty() {
+        eprintln!(
+            "count: all instruction counts agree with {}",
+            path.display()
+        );
+        return Ok(());
+    }
+    Err(
+        Failure::new(format!("instruction counts differ from {}", path.display()))
+            .because(format!("\n  {}", differences.join("\n  ")))
+            .advise(format!(
+                "if the change is meant: cargo xtask count --markdown {}",
+                path.display()
+            )),
+    )
+}
+
+fn read(path: &std::path::Path) -> Result<String> {
+    fs::read_to_string(path)
+        .map_err(|why| Failure::new(format!("cannot read {}", path.display())).because(why))
+}
+
+fn measure(
+    workspace: &Workspace,
+    image: &CountImage,
+    only: &[String],
+    compiler: String,
+) -> Result<Table> {
+    let plugin = plugin::build(workspace)?;
+    let known = image.kernels()?;
+    if let Some(unknown) = only.iter().find(|name| !known.contains(name)) {
+        return Err(
+            Failure::usage(format!("no kernel `{unknown}` in the image"))
+                .advise(format!("kernels: {}", known.join(", "))),
+        );
+    }
+    let empty = image.measure(&plugin, EMPTY_KERNEL)?;
+    let mut rows = Vec::new();
+    for kernel in known
+        .iter()
+        .filter(|name| *name != EMPTY_KERNEL && (only.is_empty() || only.contains(name)))
+    {
+        let measured = image.measure(&plugin, kernel)?;
+        #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^52")]
+        let per_sample = |all: u64, loop_alone: u64| {
+            all.saturating_sub(loop_alone) as f64 / measured.samples as f64
+        };
+        rows.push(Row {
+            kernel: kernel.clone(),
+            instructions: per_sample(measured.instructions, empty.instructions),
+            cycles: per_sample(measured.cycles, empty.cycles),
+            code_bytes: measured.code_bytes.saturating_sub(empty.code_bytes),
+            stack_bytes: measured.stack_bytes.saturating_sub(empty.stack_bytes),
+            state_bytes: measured.state_bytes,
+        });
+    }
+    Ok(Table { compiler, rows })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(line: &str) -> Result<Request> {
+        Request::parse(
+            &line
+                .split_whitespace()
+                .map(str::to_owned)
+                .collect::<Vec<_>>(),
+        )
+    }
+
+    #[test]
+    fn reads_files_and_kernels() {
+        let request = parse("--check README.md roots --markdown a.md gain").expect("valid");
+        assert_eq!(request.check, Some("README.md".into()));
+        assert_eq!(request.markdown, Some("a.md".into()));
+        assert_eq!(request.kernels, ["roots", "gain"]);
+    }
+
+    #[test]
+    fn refuses_what_it_does_not_know() {
+        assert!(
+            parse("--check").is_err_and(|failure| failure.to_string().contains("needs a file"))
+        );
+        assert!(parse("--fast").is_err_and(|failure| failure.exit_code() == 2));
+    }
+}

@@ -1,0 +1,227 @@
+//! The table of counts: as markdown, back from markdown, and compared.
+
+use std::fmt::Write as _;
+
+/// Line before the table in a file that holds it.
+pub const BEGIN: &str = "<!-- count:begin -->";
+/// Line after it.
+pub const END: &str = "<!-- count:end -->";
+
+/// Greatest relative difference between two counts that count as equal.
+pub const TOLERANCE: f64 = 0.02;
+
+const HEADER: &str = "| kernel | instructions/sample | est. cycles/sample | code bytes | stack bytes | state bytes |";
+
+/// What a reader must know of the numbers, kept with them.
+const LABEL: &str =
+    "estimated cycles: zero wait states, ARM timing table, never compared with hardware";
+
+/// One kernel, the empty loop subtracted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// Its name.
+    pub kernel: String,
+    /// Instructions per sample: exact, the same at every run of the same image.
+    pub instructions: f64,
+    /// Estimated Cortex-M4F cycles per sample.
+    pub cycles: f64,
+    /// Bytes of the functions it enters.
+    pub code_bytes: u64,
+    /// Stack it uses.
+    pub stack_bytes: u64,
+    /// Size of its state.
+    pub state_bytes: u64,
+}
+
+/// All kernels, and the compiler that the counts belong to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    /// Name and version of the compiler.
+    pub compiler: String,
+    /// One row per kernel.
+    pub rows: Vec<Row>,
+}
+
+impl Table {
+    /// The table and its label.
+    pub fn markdown(&self) -> String {
+        let mut text = format!("{HEADER}\n|---|---:|---:|---:|---:|---:|\n");
+        for row in &self.rows {
+            // Writing to a String cannot fail.
+            let _ = writeln!(
+                text,
+                "| {} | {:.1} | {:.1} | {} | {} | {} |",
+                row.kernel,
+                row.instructions,
+                row.cycles,
+                row.code_bytes,
+                row.stack_bytes,
+                row.state_bytes
+            );
+        }
+        let _ = writeln!(
+            text,
+            "\nCortex-M4F in QEMU (mps2-an386), {}; {LABEL}.",
+            self.compiler
+        );
+        text
+    }
+
+    /// `document` with this table between its markers.
+    ///
+    /// # Errors
+    /// When a marker is missing.
+    pub fn written_into(&self, document: &str) -> Result<String, String> {
+        let (before, _, after) = split(document)?;
+        Ok(format!("{before}{BEGIN}\n{}{END}{after}", self.markdown()))
+    }
+
+    /// The table between the markers of `document`.
+    ///
+    /// # Errors
+    /// When a marker is missing or a row is not understood.
+    pub fn found_in(document: &str) -> Result<Self, String> {
+        let (_, text, _) = split(document)?;
+        let compiler = text
+            .lines()
+            .find_map(|line| line.split_once("(mps2-an386), ")?.1.split_once(';'))
+            .map_or("", |(compiler, _)| compiler)
+            .to_owned();
+        let rows = text
+            .lines()
+            .filter(|line| {
+                line.starts_with('|') && !line.starts_with("|--") && !line.starts_with("| kernel")
+            })
+            .map(|line| row(line).ok_or_else(|| format!("row `{line}` is not understood")))
+            .collect::<Result<_, _>>()?;
+        Ok(Self { compiler, rows })
+    }
+
+    /// A line for each instruction count that is off the committed one, or has no partner.
+    pub fn differences_from(&self, committed: &Self) -> Vec<String> {
+        let find =
+            |table: &Self, name: &str| table.rows.iter().find(|row| row.kernel == name).cloned();
+        let mut lines = Vec::new();
+        for was in &committed.rows {
+            match find(self, &was.kernel) {
+                None => lines.push(format!("{}: in the table, but not measured", was.kernel)),
+                Some(is) if differ(is.instructions, was.instructions) => lines.push(format!(
+                    "{}: {:.1} instructions/sample, {:.1} in the table ({:+.1} %)",
+                    was.kernel,
+                    is.instructions,
+                    was.instructions,
+                    100.0 * (is.instructions / was.instructions - 1.0)
+                )),
+                Some(_) => {}
+            }
+        }
+        for is in self
+            .rows
+            .iter()
+            .filter(|row| find(committed, &row.kernel).is_none())
+        {
+            lines.push(format!("{}: measured, but not in the table", is.kernel));
+        }
+        if !lines.is_empty() && self.compiler != committed.compiler {
+            lines.push(format!(
+                "compiler: {}, the table's is {}",
+                self.compiler, committed.compiler
+            ));
+        }
+        lines
+    }
+}
+
+fn differ(is: f64, was: f64) -> bool {
+    // The table rounds to a tenth.
+    (is - was).abs() > TOLERANCE * was.abs() + 0.051
+}
+
+/// The document before, between and after the markers.
+fn split(document: &str) -> Result<(&str, &str, &str), String> {
+    let missing = |marker: &str| format!("it has no line `{marker}`");
+    let (before, rest) = document.split_once(BEGIN).ok_or_else(|| missing(BEGIN))?;
+    let (between, after) = rest.split_once(END).ok_or_else(|| missing(END))?;
+    Ok((before, between, after))
+}
+
+fn row(line: &str) -> Option<Row> {
+    let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();
+    let [kernel, instructions, cycles, code, stack, state] = cells.as_slice() else {
+        return None;
+    };
+    Some(Row {
+        kernel: (*kernel).to_owned(),
+        instructions: instructions.parse().ok()?,
+        cycles: cycles.parse().ok()?,
+        code_bytes: code.parse().ok()?,
+        stack_bytes: stack.parse().ok()?,
+        state_bytes: state.parse().ok()?,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(instructions: f64) -> Table {
+        let row = Row {
+            kernel: "gain".into(),
+            instructions,
+            cycles: 20.5,
+            code_bytes: 64,
+            stack_bytes: 8,
+            state_bytes: 4,
+        };
+        Table {
+            compiler: "rustc 1.90.0".into(),
+            rows: vec![row],
+        }
+    }
+
+    #[test]
+    fn survives_being_written_and_read_back() {
+        let document = format!("before\n{BEGIN}\nold\n{END}\nafter\n");
+        let written = table(100.0).written_into(&document).expect("has markers");
+        assert!(
+            written.starts_with("before\n")
+                && written.ends_with("after\n")
+                && !written.contains("old")
+        );
+        assert!(written.contains("never compared with hardware"));
+        assert_eq!(Table::found_in(&written), Ok(table(100.0)));
+        assert_eq!(
+            table(100.0).written_into(&written),
+            Ok(written),
+            "writing twice changes nothing"
+        );
+    }
+
+    #[test]
+    fn a_document_without_markers_is_refused() {
+        assert!(
+            table(1.0)
+                .written_into("text")
+                .is_err_and(|why| why.contains(BEGIN))
+        );
+        assert!(Table::found_in(BEGIN).is_err_and(|why| why.contains(END)));
+    }
+
+    #[test]
+    fn two_percent_either_way_is_equal() {
+        assert!(table(102.0).differences_from(&table(100.0)).is_empty());
+        assert!(table(98.0).differences_from(&table(100.0)).is_empty());
+        assert_eq!(table(102.2).differences_from(&table(100.0)).len(), 1);
+        assert_eq!(table(97.8).differences_from(&table(100.0)).len(), 1);
+    }
+
+    #[test]
+    fn kernels_that_come_or_go_are_differences() {
+        let none = Table {
+            rows: vec![],
+            ..table(1.0)
+        };
+        assert!(none.differences_from(&table(1.0))[0].contains("not measured"));
+        assert!(table(1.0).differences_from(&none)[0].contains("not in the table"));
+    }
+}

@@ -1,0 +1,24 @@
+//! `cargo demo`: the main job on the host, nothing installed but Rust.
+
+use crate::{Result, Workspace, process};
+
+/// Runs `rarma demo` in release and lets it write to the terminal as it goes.
+///
+/// # Errors
+/// When cargo cannot be started.
+pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
+    let mut command = process::host_cargo(workspace);
+    command
+        .args([
+            "run",
+            "--release",
+            "--package",
+            "rarma-cli",
+            "--",
+            "demo",
+            "--out",
+        ])
+        .arg(workspace.root().join("target/demo"))
+        .args(arguments);
+    Ok(process::exit_code(process::status(&mut command)?))
+}

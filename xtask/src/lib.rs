@@ -1,0 +1,24 @@
+//! Commands that build, run, count and check the workspace.
+//!
+//! `cargo` aliases call the binary; each command is one module with a `main` that
+//! takes the arguments after its name and returns the process' exit code.
+
+pub mod arm_image;
+pub mod count;
+pub mod demo;
+pub mod failure;
+pub mod fw;
+pub mod process;
+pub mod qemu;
+pub mod toolchain;
+pub mod verify;
+pub mod workspace;
+
+pub use failure::{Failure, Result};
+pub use workspace::Workspace;
+
+/// The Rust target of every board: Cortex-M4 with a single-precision FPU.
+pub const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// The board that is emulated, and the default of every command.
+pub const EMULATED_BOARD: &str = "mps2-an386";

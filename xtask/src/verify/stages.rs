@@ -1,0 +1,257 @@
+//! The checks, in order. The image is built before the host tests, which run it.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use super::dependencies;
+use super::summary::Outcome;
+use crate::toolchain::ArmToolchain;
+use crate::{EMULATED_BOARD, Result, TARGET, Workspace, count, fw, process, qemu};
+
+/// A check: reads and adds to the bench.
+pub type Check = fn(&mut Bench<'_>) -> Result<Outcome>;
+
+/// Every check with its name.
+pub const ALL: [(&str, Check); 12] = [
+    ("format", format),
+    ("clippy", clippy),
+    ("docs", docs),
+    ("licences and sources", licences),
+    ("target toolchain", toolchain),
+    ("core without std", core_without_std),
+    ("firmware image", firmware_image),
+    ("host tests", host_tests),
+    ("doc tests", doc_tests),
+    ("on-target tests", on_target_tests),
+    ("counting plugin", counting_plugin),
+    ("instruction counts", instruction_counts),
+];
+
+/// File that may hold the table of counts.
+const COUNT_TABLE: &str = "README.md";
+
+/// What the checks share.
+#[derive(Debug)]
+pub struct Bench<'a> {
+    workspace: &'a Workspace,
+    ci: bool,
+    /// The target's toolchain, or why there is none.
+    toolchain: std::result::Result<ArmToolchain, String>,
+    /// The board's image, once built.
+    image: Option<PathBuf>,
+}
+
+impl<'a> Bench<'a> {
+    /// Nothing made yet.
+    pub fn new(workspace: &'a Workspace, ci: bool) -> Self {
+        Self {
+            workspace,
+            ci,
+            toolchain: Err("not looked for yet".to_owned()),
+            image: None,
+        }
+    }
+
+    fn cargo(&self, arguments: &[&str]) -> Command {
+        let mut cargo = process::host_cargo(self.workspace);
+        cargo.args(arguments);
+        cargo
+    }
+
+    fn pass_if(&self, command: &mut Command) -> Result<Outcome> {
+        println!("{}", process::spelled(command));
+        process::run(command).map(|()| Outcome::passed())
+    }
+
+    /// The variables that tell the host tests what they must not skip.
+    fn require(&self, tests: &mut Command) {
+        if let Some(image) = &self.image {
+            tests
+                .env("RARMA_TARGET_ELF", image)
+                .env("RARMA_REQUIRE_TARGET", "1");
+        }
+        if self.ci {
+            tests.env("RARMA_REQUIRE_SHARED", "1");
+        }
+    }
+}
+
+/// Ends a check that needs the target where there is none.
+macro_rules! toolchain_or_skip {
+    ($bench:expr) => {
+        match &$bench.toolchain {
+            Ok(toolchain) => toolchain,
+            Err(why) => return Ok(Outcome::Skipped(why.clone())),
+        }
+    };
+}
+
+fn format(bench: &mut Bench<'_>) -> Result<Outcome> {
+    for manifest in dependencies::MANIFESTS {
+        bench.pass_if(&mut bench.cargo(&[
+            "fmt",
+            "--all",
+            "--check",
+            "--manifest-path",
+            manifest,
+        ]))?;
+    }
+    Ok(Outcome::passed())
+}
+
+fn clippy(bench: &mut Bench<'_>) -> Result<Outcome> {
+    bench.pass_if(&mut bench.cargo(&[
+        "clippy",
+        "--workspace",
+        "--all-targets",
+        "--",
+        "--deny",
+        "warnings",
+    ]))
+}
+
+fn docs(bench: &mut Bench<'_>) -> Result<Outcome> {
+    let mut cargo = bench.cargo(&["doc", "--workspace", "--no-deps", "--quiet"]);
+    bench.pass_if(cargo.env("RUSTDOCFLAGS", "-D warnings"))
+}
+
+fn licences(bench: &mut Bench<'_>) -> Result<Outcome> {
+    let count = dependencies::check(bench.workspace)?;
+    println!("{count} packages have allowed licences and come from the registry");
+    if process::find_program("cargo-deny").is_none() {
+        return Ok(Outcome::Passed(
+            "own check; cargo-deny is not installed".to_owned(),
+        ));
+    }
+    bench.pass_if(&mut bench.cargo(&["deny", "check", "bans", "licenses", "sources"]))
+}
+
+/// Without a toolchain, or without an emulator, every check on the target is skipped.
+fn toolchain(bench: &mut Bench<'_>) -> Result<Outcome> {
+    let found = ArmToolchain::find_or_make(bench.workspace)
+        .and_then(|toolchain| qemu::ensure_installed().map(|()| toolchain));
+    let outcome = match &found {
+        Ok(toolchain) => Outcome::Passed(toolchain.description().to_owned()),
+        Err(failure) => Outcome::Skipped(failure.to_string()),
+    };
+    bench.toolchain = found.map_err(|failure| {
+        let story = failure.to_string();
+        format!(
+            "no target toolchain: {}",
+            story.lines().next().unwrap_or_default()
+        )
+    });
+    Ok(outcome)
+}
+
+fn core_without_std(bench: &mut Bench<'_>) -> Result<Outcome> {
+    let mut cargo = toolchain_or_skip!(bench).cargo(bench.workspace);
+    cargo
+        .args([
+            "build",
+            "--package",
+            "rarma-core",
+            "--no-default-features",
+            "--target",
+            TARGET,
+            "--profile",
+            "fw",
+        ])
+        .env("CARGO_TARGET_DIR", bench.workspace.firmware_target_dir());
+    bench.pass_if(&mut cargo)
+}
+
+fn firmware_image(bench: &mut Bench<'_>) -> Result<Outcome> {
+    let toolchain = toolchain_or_skip!(bench);
+    let mut build = fw::command(
+        bench.workspace,
+        toolchain,
+        &fw::Request::build(EMULATED_BOARD),
+    );
+    let outcome = bench.pass_if(&mut build)?;
+    bench.image = Some(fw::elf_path(bench.workspace, EMULATED_BOARD));
+    Ok(outcome)
+}
+
+fn host_tests(bench: &mut Bench<'_>) -> Result<Outcome> {
+    let mut tests = if process::find_program("cargo-nextest").is_some() {
+        bench.cargo(&[
+            "nextest",
+            "run",
+            "--workspace",
+            "--cargo-profile",
+            "release",
+            "--no-fail-fast",
+        ])
+    } else {
+        bench.cargo(&[
+            "test",
+            "--workspace",
+            "--lib",
+            "--bins",
+            "--tests",
+            "--release",
+            "--no-fail-fast",
+        ])
+    };
+    bench.require(&mut tests);
+    let remark = if bench.image.is_some() {
+        ""
+    } else {
+        "WITHOUT the emulated chip: no image"
+    };
+    bench
+        .pass_if(&mut tests)
+        .map(|_| Outcome::Passed(remark.to_owned()))
+}
+
+/// In release like the host tests, whose dependencies are built by now.
+fn doc_tests(bench: &mut Bench<'_>) -> Result<Outcome> {
+    bench.pass_if(&mut bench.cargo(&["test", "--workspace", "--doc", "--release"]))
+}
+
+fn on_target_tests(bench: &mut Bench<'_>) -> Result<Outcome> {
+    let toolchain = toolchain_or_skip!(bench);
+    let mut tests = fw::command(
+        bench.workspace,
+        toolchain,
+        &fw::Request::test(EMULATED_BOARD),
+    );
+    bench.pass_if(&mut tests)
+}
+
+fn counting_plugin(bench: &mut Bench<'_>) -> Result<Outcome> {
+    let manifest = ["--manifest-path", "tools/m4-cycles/Cargo.toml"];
+    for check in [&["clippy", "--quiet"][..], &["test"]] {
+        let mut cargo = bench.cargo(check);
+        cargo
+            .args(manifest)
+            .env("CARGO_TARGET_DIR", bench.workspace.tools_target_dir());
+        if check[0] == "clippy" {
+            cargo.args(["--", "--deny", "warnings"]);
+        }
+        bench.pass_if(&mut cargo)?;
+    }
+    Ok(Outcome::passed())
+}
+
+/// Counts belong to a compiler: another one's are shown, not compared.
+fn instruction_counts(bench: &mut Bench<'_>) -> Result<Outcome> {
+    let toolchain = toolchain_or_skip!(bench);
+    let table = count::measure_all(bench.workspace, toolchain)?;
+    println!("{}", table.markdown());
+    let path = bench.workspace.root().join(COUNT_TABLE);
+    let document = std::fs::read_to_string(&path).unwrap_or_default();
+    let Ok(committed) = count::table::Table::found_in(&document) else {
+        return Ok(Outcome::Passed(format!(
+            "{COUNT_TABLE} has no table to compare with"
+        )));
+    };
+    if committed.compiler != table.compiler {
+        return Ok(Outcome::Skipped(format!(
+            "{COUNT_TABLE} has the counts of {}, this is {}: `cargo xtask count --markdown {COUNT_TABLE}`",
+            committed.compiler, table.compiler
+        )));
+    }
+    count::check(&table, &path).map(|()| Outcome::passed())
+}

@@ -1,0 +1,175 @@
+//! What the checks came to, and the table that says so.
+
+use std::fmt;
+
+/// How a check ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Outcome {
+    /// All well; the text is a remark, or empty.
+    Passed(String),
+    /// Something is wrong: what.
+    Failed(String),
+    /// It could not run here: why.
+    Skipped(String),
+}
+
+impl Outcome {
+    /// All well, nothing to remark.
+    pub fn passed() -> Self {
+        Self::Passed(String::new())
+    }
+
+    fn remark(&self) -> &str {
+        let (Self::Passed(text) | Self::Failed(text) | Self::Skipped(text)) = self;
+        text.lines().next().unwrap_or("")
+    }
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (word, text) = match self {
+            Self::Passed(text) => ("passed", text),
+            Self::Failed(text) => ("FAILED", text),
+            Self::Skipped(text) => ("SKIPPED", text),
+        };
+        if text.is_empty() {
+            write!(out, "{word}")
+        } else {
+            write!(out, "{word}: {text}")
+        }
+    }
+}
+
+/// One line of the table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Entry {
+    /// The check's name.
+    pub name: &'static str,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// How long it took.
+    pub seconds: f32,
+}
+
+/// All checks that ran.
+#[derive(Debug, Clone, Default)]
+pub struct Summary {
+    skips_fail: bool,
+    entries: Vec<Entry>,
+}
+
+impl Summary {
+    /// Nothing ran yet; `skips_fail` counts skipped checks as failed.
+    pub fn new(skips_fail: bool) -> Self {
+        Self {
+            skips_fail,
+            entries: Vec::new(),
+        }
+    }
+
+    /// Adds a check.
+    pub fn add(&mut self, entry: Entry) {
+        self.entries.push(entry);
+    }
+
+    /// Checks that passed.
+    pub fn passed(&self) -> usize {
+        self.count(|outcome| matches!(outcome, Outcome::Passed(_)))
+    }
+
+    /// Checks that were skipped.
+    pub fn skipped(&self) -> usize {
+        self.count(|outcome| matches!(outcome, Outcome::Skipped(_)))
+    }
+
+    /// Checks that failed, those included whose skipping is a failure.
+    pub fn failed(&self) -> usize {
+        let skipped = if self.skips_fail { self.skipped() } else { 0 };
+        skipped + self.count(|outcome| matches!(outcome, Outcome::Failed(_)))
+    }
+
+    fn count(&self, is: impl Fn(&Outcome) -> bool) -> usize {
+        self.entries
+            .iter()
+            .filter(|entry| is(&entry.outcome))
+            .count()
+    }
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let width = self
+            .entries
+            .iter()
+            .map(|entry| entry.name.len())
+            .max()
+            .unwrap_or(0);
+        for entry in &self.entries {
+            let word = match entry.outcome {
+                Outcome::Passed(_) => "passed",
+                Outcome::Failed(_) => "FAILED",
+                Outcome::Skipped(_) => "SKIPPED",
+            };
+            let (name, seconds, remark) = (entry.name, entry.seconds, entry.outcome.remark());
+            let line = format!("{name:width$}  {word:<7}  {seconds:>6.1} s  {remark}");
+            writeln!(out, "{}", line.trim_end())?;
+        }
+        let total: f32 = self.entries.iter().map(|entry| entry.seconds).sum();
+        writeln!(out, "{:width$}  {:<7}  {total:>6.1} s", "all", "")?;
+        if self.skipped() > 0 {
+            let verdict = if self.skips_fail {
+                "counted as failed"
+            } else {
+                "NOT VERIFIED HERE, reasons above"
+            };
+            writeln!(out, "\n{} skipped: {verdict}", self.skipped())?;
+        }
+        writeln!(out, "\n{} passed, {} failed", self.passed(), self.failed())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn summary(skips_fail: bool) -> Summary {
+        let mut summary = Summary::new(skips_fail);
+        let outcomes = [
+            Outcome::passed(),
+            Outcome::Failed("two tests\nlong story".into()),
+            Outcome::Skipped("no compiler for it".into()),
+        ];
+        for outcome in outcomes {
+            summary.add(Entry {
+                name: "a check",
+                outcome,
+                seconds: 1.0,
+            });
+        }
+        summary
+    }
+
+    #[test]
+    fn a_skip_is_loud_but_no_failure() {
+        let text = summary(false).to_string();
+        assert!(
+            text.contains("SKIPPED") && text.contains("no compiler for it"),
+            "{text}"
+        );
+        assert!(text.ends_with("\n1 passed, 1 failed\n"), "{text}");
+        assert!(text.contains("1 skipped: NOT VERIFIED"), "{text}");
+        assert!(
+            !text.contains("long story"),
+            "the table keeps to one line each: {text}"
+        );
+    }
+
+    #[test]
+    fn a_skip_fails_where_nothing_may_be_skipped() {
+        assert!(
+            summary(true)
+                .to_string()
+                .ends_with("\n1 passed, 2 failed\n")
+        );
+    }
+}
