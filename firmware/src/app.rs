@@ -23,7 +23,7 @@ pub struct App<'a, B: Board> {
     board: &'a mut B,
     frames: FrameSender,
     duty: MonitorDuty,
-    fs_hz: f64,
+    samples_per_us: f32,
     longest_block_us: u32,
     late_blocks: u32,
 }
@@ -44,7 +44,7 @@ impl<'a, B: Board> App<'a, B> {
             board,
             frames,
             duty,
-            fs_hz: job.monitor.fs_hz,
+            samples_per_us: (job.monitor.fs_hz * 1e-6) as f32,
             longest_block_us: 0,
             late_blocks: 0,
         })
@@ -92,7 +92,7 @@ impl<'a, B: Board> App<'a, B> {
         self.longest_block_us = self
             .longest_block_us
             .max(u32::try_from(taken_us).unwrap_or(u32::MAX));
-        if taken_us as f64 * 1e-6 * self.fs_hz > count as f64 {
+        if taken_us as f32 * self.samples_per_us > count as f32 {
             self.late_blocks = self.late_blocks.saturating_add(1);
         }
         None

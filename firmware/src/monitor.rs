@@ -10,7 +10,9 @@ use rarma_core::wire::{AlarmMessage, Finished, MonitorJob, Telemetry, Verdict};
 pub struct MonitorDuty {
     monitor: AnyMonitor<f32>,
     job: MonitorJob,
-    next_line: f64,
+    /// Sample of the next line, and how many lines there have been.
+    next_line: u64,
+    lines: u32,
     every_samples: f64,
     state_samples: [u64; 6],
     counted_to: u64,
@@ -27,7 +29,8 @@ impl MonitorDuty {
         Ok(Self {
             monitor: AnyMonitor::new(&job.monitor)?,
             job: *job,
-            next_line: every_samples,
+            next_line: every_samples as u64,
+            lines: 1,
             every_samples: if every_samples >= 1.0 {
                 every_samples
             } else {
@@ -103,12 +106,12 @@ impl MonitorDuty {
                 lowest_damping,
             } => say(&alarm(false, frequency, lowest_damping)),
         }
-        // A sample count below 2⁵³ is exact.
-        let now = report.sample as f64;
-        if now >= self.next_line {
+        if report.sample >= self.next_line {
             say(&Telemetry::Verdict(Verdict::from_report(report)));
-            while self.next_line <= now {
-                self.next_line += self.every_samples;
+            // Slow path: multiples of the interval, so that its rounding never adds up.
+            while self.next_line <= report.sample {
+                self.lines += 1;
+                self.next_line = (f64::from(self.lines) * self.every_samples) as u64;
             }
         }
     }

@@ -1,5 +1,7 @@
 //! Tests that run on the emulated Cortex-M4F: `cargo fw test`.
 //!
+//! They check what only the target can tell: that its arithmetic gives the very
+//! bits the host gives, and that the application runs on its memory and stack.
 //! On the host this file is an empty program, so that host test runners pass it by.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -28,7 +30,22 @@ mod runtime {
 mod tests {
     use core::hint::black_box;
 
-    use defmt::assert_eq;
+    use defmt::{assert, assert_eq};
+    use rarma_core::decide::{AlarmEvent, State};
+    use rarma_core::estimate::{Arma87, RarmaConfig};
+    use rarma_core::monitor::{Monitor, MonitorConfig};
+    use rarma_core::wire::{Deframer, MAX_FRAME, Telemetry, Verdict, encode};
+    use rarma_core::{AnyMonitor, Order, Real};
+
+    /// Uniform noise of −1 to 1, the same on every machine.
+    struct Noise(u32);
+
+    impl Noise {
+        fn next(&mut self) -> f32 {
+            self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (self.0 >> 8) as f32 / 8_388_608.0 - 1.0
+        }
+    }
 
     /// One multiplication and one addition round twice, whatever the optimiser does.
     #[test]
@@ -38,5 +55,102 @@ mod tests {
             black_box(1.0_f32 - f32::EPSILON),
         );
         assert_eq!(a * b - 1.0, 0.0);
+    }
+
+    /// The functions of the signal path, bit by bit as on the host (the constants
+    /// are what the host gives; host-tests has the same line).
+    #[test]
+    fn functions_give_the_bits_of_the_host() {
+        let mut hash = 0u32;
+        let mut noise = Noise(7);
+        for _ in 0..1000 {
+            let x = black_box(noise.next());
+            let (s, c) = Real::sin_cos(x * 3.0);
+            let values = [
+                Real::sqrt(x.abs() + 1e-3),
+                Real::ln_1p(x * 0.5),
+                Real::atan2(x, 0.3),
+                s,
+                c,
+            ];
+            for v in values {
+                hash = hash.rotate_left(5) ^ v.to_bits();
+            }
+        }
+        assert_eq!(hash, firmware::HOST_FUNCTION_HASH);
+    }
+
+    /// A resonance at a sixth of the rate is found; its parameters stay definite.
+    #[test]
+    fn estimator_finds_a_resonance() {
+        let mut model = Arma87::<f32>::new(RarmaConfig::default());
+        let (mut y1, mut y2, mut noise) = (0.0f32, 0.0f32, Noise(1));
+        for _ in 0..4000 {
+            let y = noise.next() + 0.95 * y1 - 0.9 * y2;
+            y2 = y1;
+            y1 = y;
+            model.update(y);
+        }
+        assert!(model.covariance().is_definite(15));
+        assert!(model.ready());
+        // The input is AR(2): the variance of the innovations is that of the noise.
+        let ratio = model.sigma2() * 3.0;
+        assert!(ratio > 0.9 && ratio < 1.1);
+    }
+
+    /// A tone of unknown origin is called; a tone on a multiple of the speed is not.
+    #[test]
+    fn verdict_tells_a_harmonic_from_an_unknown_tone() {
+        for (spindle_hz, called) in [(None, true), (Some(100.0), false)] {
+            let config = MonitorConfig {
+                spindle_hz,
+                order: Order::O43,
+                ..MonitorConfig::new(6000.0)
+            };
+            let Ok(mut monitor) = AnyMonitor::<f32>::new(&config) else {
+                defmt::panic!("settings are in range");
+            };
+            let mut noise = Noise(3);
+            let mut alarms = 0;
+            for n in 0..18_000u32 {
+                let phase = (n % 60) as f32 * (core::f32::consts::TAU * 9.0 / 60.0);
+                let (tone, _) = Real::sin_cos(phase % core::f32::consts::TAU);
+                if let Some(report) = monitor.push(tone + 0.1 * noise.next())
+                    && matches!(report.event, AlarmEvent::On { .. })
+                {
+                    alarms += 1;
+                }
+            }
+            assert_eq!(alarms > 0, called);
+        }
+    }
+
+    /// Bad samples end in a named state, and a report survives its frame.
+    #[test]
+    fn bad_samples_are_named_and_frames_survive() {
+        let Ok(mut monitor) = Monitor::<f32, 8, 7, 15>::new(&MonitorConfig::new(6000.0)) else {
+            defmt::panic!("settings are in range");
+        };
+        let mut noise = Noise(5);
+        let mut last = None;
+        for n in 0..6000 {
+            let x = if n > 5900 { f32::NAN } else { noise.next() };
+            last = monitor.push(x).or(last);
+        }
+        let Some(report) = last else {
+            defmt::panic!("no report in a second");
+        };
+        assert!(report.state == State::Invalid);
+        let message = Telemetry::Verdict(Verdict::from_report(&report));
+        let mut buffer = [0; MAX_FRAME];
+        let Ok(frame) = encode(&message, 9, &mut buffer) else {
+            defmt::panic!("a verdict fits a frame");
+        };
+        let mut deframer = Deframer::default();
+        let mut back = None;
+        for &b in frame {
+            back = deframer.push::<Telemetry>(b).or(back);
+        }
+        assert!(back == Some(Ok((9, message))));
     }
 }

@@ -1,1 +1,12 @@
-//! Oracles and helpers shared by the integration tests.
+//! What the tests share: recordings, the chip's image, the real program, signals
+//! of known properties, and the physical limit of an estimate.
+//!
+//! Nothing here is part of the product; the tests stand one file per promise in
+//! `tests/`.
+
+pub mod bound;
+pub mod files;
+pub mod process;
+pub mod resources;
+pub mod signal;
+pub mod statistics;

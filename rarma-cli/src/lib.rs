@@ -2,6 +2,14 @@
 //!
 //! Files and screens live here; arithmetic does not.
 
+/// Prints a line for people. A reader that has gone away (`| head`) is no failure.
+macro_rules! say {
+    ($($text:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stdout(), $($text)*);
+    }};
+}
+
 pub mod args;
 pub mod collect;
 pub mod commands;

@@ -2,7 +2,8 @@
 //! instructions between `roi_begin` and `roi_end`.
 //!
 //! The semihosting command line is `--list` (answer: `kernel NAME` lines) or a kernel's
-//! name (answer: `samples N state_bytes X stack_bytes Y`). To add a kernel, implement
+//! name (answer: `samples N state_bytes X stack_bytes Y`). Every kernel is warmed up first,
+//! so that what is counted is the steady state. To add a kernel, implement
 //! `Kernel` and name it in `kernels!`.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -18,6 +19,9 @@ mod target {
 
     use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS, exit};
     use cortex_m_semihosting::{hprintln, nr, syscall};
+    use rarma_core::estimate::{RarmaConfig, RecursiveArma};
+    use rarma_core::monitor::{Monitor, MonitorConfig};
+    use rarma_core::spectrum::{FactorTracker, modal};
     use {cortex_m as _, defmt_semihosting as _};
 
     /// Samples each kernel is given.
@@ -46,28 +50,87 @@ mod target {
         }
     }
 
-    /// Fifteen multiply-adds: what one row of an ARMA(8,7) gain costs at least.
-    struct MultiplyAdd15 {
-        past: [f32; 15],
-        weights: [f32; 15],
+    /// Passes over the signal before counting: the start-up is over, the roots found.
+    const WARM_UP_PASSES: usize = 16;
+
+    macro_rules! order_kernels {
+        ($($update:ident, $roots:ident, $chain:ident, $p:literal, $q:literal, $n:literal;)*) => {
+            $(
+                /// Parameters, covariance and gradient of one model.
+                struct $update(RecursiveArma<f32, $p, $q, $n>);
+
+                impl Kernel for $update {
+                    const NAME: &'static str =
+                        concat!("update (", $p, ",", $q, ")");
+                    fn new() -> Self {
+                        Self(RecursiveArma::new(forgetting()))
+                    }
+                    fn step(&mut self, y: f32) -> f32 {
+                        self.0.update(y).innovation
+                    }
+                }
+
+                /// The same, and the roots of A, and frequency and damping of each mode.
+                struct $roots {
+                    model: RecursiveArma<f32, $p, $q, $n>,
+                    roots: FactorTracker<f32, $p>,
+                }
+
+                impl Kernel for $roots {
+                    const NAME: &'static str =
+                        concat!("update, roots, damping (", $p, ",", $q, ")");
+                    fn new() -> Self {
+                        Self {
+                            model: RecursiveArma::new(forgetting()),
+                            roots: FactorTracker::new(),
+                        }
+                    }
+                    fn step(&mut self, y: f32) -> f32 {
+                        self.model.update(y);
+                        self.roots.track(self.model.a());
+                        let mut sum = 0.0;
+                        for factor in self.roots.factors($p) {
+                            if let Some(mode) = modal(factor, 6000.0) {
+                                sum += mode.damping;
+                            }
+                        }
+                        sum
+                    }
+                }
+
+                /// The whole chain from a 48 kHz sample to the verdict, per input sample.
+                struct $chain(Monitor<f32, $p, $q, $n>);
+
+                impl Kernel for $chain {
+                    const NAME: &'static str =
+                        concat!("whole chain per 48 kHz sample (", $p, ",", $q, ")");
+                    fn new() -> Self {
+                        match Monitor::new(&MonitorConfig::new(48_000.0)) {
+                            Ok(monitor) => Self(monitor),
+                            Err(_) => panic!("the default settings are in range"),
+                        }
+                    }
+                    fn step(&mut self, y: f32) -> f32 {
+                        self.0.push(y).map_or(0.0, |report| report.level)
+                    }
+                }
+            )*
+        };
     }
 
-    impl Kernel for MultiplyAdd15 {
-        const NAME: &'static str = "multiply-add-15";
-        fn new() -> Self {
-            Self {
-                past: [0.0; 15],
-                weights: [0.125; 15],
-            }
-        }
-        fn step(&mut self, y: f32) -> f32 {
-            let mut sum = 0.0;
-            for (past, weight) in self.past.iter().zip(&self.weights) {
-                sum += past * weight;
-            }
-            self.past.copy_within(0..14, 1);
-            self.past[0] = y;
-            sum
+    order_kernels! {
+        Update21, Roots21, Chain21, 2, 1, 3;
+        Update43, Roots43, Chain43, 4, 3, 7;
+        Update65, Roots65, Chain65, 6, 5, 11;
+        Update87, Roots87, Chain87, 8, 7, 15;
+        Update88, Roots88, Chain88, 8, 8, 16;
+    }
+
+    fn forgetting() -> RarmaConfig<f32> {
+        RarmaConfig {
+            forgetting: 0.998,
+            variance_gain: 0.002,
+            ..RarmaConfig::default()
         }
     }
 
@@ -86,7 +149,10 @@ mod target {
         };
     }
 
-    kernels![Nop, MultiplyAdd15];
+    kernels![
+        Nop, Update21, Update43, Update65, Update87, Update88, Roots21, Roots43, Roots65, Roots87,
+        Roots88, Chain21, Chain43, Chain65, Chain87, Chain88,
+    ];
 
     /// Counting starts when this executes.
     #[inline(never)]
@@ -119,6 +185,11 @@ mod target {
     #[inline(never)]
     fn run<K: Kernel>(signal: &[f32; SAMPLES]) {
         let mut kernel = K::new();
+        for _ in 0..WARM_UP_PASSES {
+            for y in signal {
+                black_box(kernel.step(*y));
+            }
+        }
         black_box(&mut kernel);
         let top = stack::paint();
         measure(&mut kernel, signal);

@@ -52,11 +52,11 @@ pub(super) fn main(args: &DemoArgs) -> Result<u8, Failure> {
         .run()
         .ok_or_else(|| Failure::System("the box ended without its last frame".to_owned()))?;
 
-    println!();
+    say!("");
     show::verdict(&run.summary);
     if let (Some(onset), Some(alarm)) = (truth.onset_s, run.summary.alarms.first()) {
         let ms = 1e3 * (alarm.on - onset);
-        println!(
+        say!(
             "The depth passed the stability limit at {onset:.3} s: called {:.0} ms {} that.",
             ms.abs(),
             if ms < 0.0 { "before" } else { "after" }
@@ -80,7 +80,7 @@ pub(super) fn main(args: &DemoArgs) -> Result<u8, Failure> {
             version: env!("CARGO_PKG_VERSION"),
         },
     )?;
-    println!("Report: {}", page.display());
+    say!("Report: {}", page.display());
     if run.summary.alarms.is_empty() {
         return Err(Failure::System(
             "the simulated chatter was not called: a defect of this program".to_owned(),
@@ -90,22 +90,22 @@ pub(super) fn main(args: &DemoArgs) -> Result<u8, Failure> {
 }
 
 fn describe(name: &str, truth: &Truth, seconds: f64) {
-    println!(
+    say!(
         "Scenario {name}: {seconds:.1} s of milling, played to the firmware through a simulated board."
     );
-    println!(
+    say!(
         "  spindle {:.0} 1/min, {} teeth (tooth passing {:.1} Hz)",
         60.0 * truth.spindle_hz,
         truth.teeth,
         truth.tooth_hz
     );
     if let (Some(limit), Some(onset)) = (truth.limit_depth_m, truth.onset_s) {
-        println!(
+        say!(
             "  the depth passes the stability limit of {:.2} mm at {onset:.2} s",
             1e3 * limit
         );
     }
-    println!();
+    say!("");
 }
 
 /// Runs the application to the end of the cut, decoding its frames as they come.
@@ -138,7 +138,7 @@ fn play(
             {
                 state = Some(line.state);
                 let text = format!("{:8.3} s  {}", line.t, show::state_word(line.state));
-                bar.suspend(|| println!("{text}"));
+                bar.suspend(|| say!("{text}"));
             }
         }
         frames.extend(bytes);

@@ -62,7 +62,7 @@ pub(super) fn main(args: &IdentifyArgs) -> Result<u8, Failure> {
         .map_err(|why| Failure::Input(format!("{file}: {why}")))?;
     if args.json {
         let text = serde_json::to_string(&found).map_err(std::io::Error::from)?;
-        println!("{text}");
+        say!("{text}");
     } else {
         show(&found);
     }
@@ -70,16 +70,21 @@ pub(super) fn main(args: &IdentifyArgs) -> Result<u8, Failure> {
 }
 
 fn show(m: &Identified) {
-    println!(
+    say!(
         "ARMA({},{}) by {} over {} samples at {} Hz, innovation variance {:.6e}",
-        m.order[0], m.order[1], m.method, m.n, m.fs, m.sigma2
+        m.order[0],
+        m.order[1],
+        m.method,
+        m.n,
+        m.fs,
+        m.sigma2
     );
     for (name, values) in [("a", &m.a), ("c", &m.c)] {
         let words: Vec<String> = values.iter().map(|x| format!("{x:.6}")).collect();
-        println!("  {name} = [{}]", words.join(", "));
+        say!("  {name} = [{}]", words.join(", "));
     }
     for mode in &m.modes {
-        println!(
+        say!(
             "  {:10.2} Hz ± {:.2}   damping {:.3} % ± {:.3}",
             mode.f,
             mode.f_sd,
@@ -87,10 +92,10 @@ fn show(m: &Identified) {
             100.0 * mode.zeta_sd
         );
     }
-    println!("  AIC {:.2}  BIC {:.2}  FPE {:.6e}", m.aic, m.bic, m.fpe);
+    say!("  AIC {:.2}  BIC {:.2}  FPE {:.6e}", m.aic, m.bic, m.fpe);
     match m.whiteness_p {
-        Some(p) => println!("  residuals white with probability {p:.3} (Ljung-Box)"),
-        None => println!("  too few samples to test the residuals"),
+        Some(p) => say!("  residuals white with probability {p:.3} (Ljung-Box)"),
+        None => say!("  too few samples to test the residuals"),
     }
 }
 

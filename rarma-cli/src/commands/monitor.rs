@@ -7,6 +7,7 @@ use crate::failure::Failure;
 use crate::input::{self, ReadOptions, Recording};
 use crate::record::Run;
 use firmware::monitor::MonitorDuty;
+use rarma_core::Order;
 use rarma_core::condition::BandError;
 use rarma_core::monitor::{LEAST_MEMORY, MonitorConfig, MonitorError};
 use rarma_core::wire::MonitorJob;
@@ -58,10 +59,22 @@ pub fn read(args: &InputArgs) -> Result<Recording, Failure> {
 /// # Errors
 /// A setting that does not fit the recording, in one line.
 pub fn job(args: &MonitorArgs, recording: &Recording) -> Result<MonitorJob, Failure> {
+    let (p, q) = args.order;
+    let order = Order::new(p, q).ok_or_else(|| {
+        let have: Vec<String> = Order::ALL
+            .iter()
+            .map(|o| format!("{},{}", o.p(), o.q()))
+            .collect();
+        Failure::Input(format!(
+            "{}: --order: the box does not have order {p},{q} (it has {})",
+            recording.path.display(),
+            have.join(" ")
+        ))
+    })?;
     let monitor = MonitorConfig {
         full_scale: recording.full_scale,
         band: args.band,
-        order: args.order,
+        order,
         spindle_hz: args.rpm.map(|rpm| rpm / 60.0),
         teeth: args.teeth,
         threshold: args.threshold,

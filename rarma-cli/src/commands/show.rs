@@ -43,36 +43,42 @@ pub fn alarm(news: &News<'_>, bar: &ProgressBar) {
         ),
         News::None | News::Line(_) => return,
     };
-    bar.suspend(|| println!("{text}"));
+    bar.suspend(|| say!("{text}"));
 }
 
 /// Lines and summary as JSON, one object a line.
 ///
 /// # Errors
-/// Standard output is gone.
+/// Standard output cannot be written; a reader that has gone away is no failure.
 pub fn json_lines(run: &Run) -> Result<(), Failure> {
-    let mut out = io::BufWriter::new(io::stdout().lock());
+    match write_json(run, io::BufWriter::new(io::stdout().lock())) {
+        Err(why) if why.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        other => Ok(other?),
+    }
+}
+
+fn write_json(run: &Run, mut out: impl Write) -> io::Result<()> {
     for line in &run.lines {
-        serde_json::to_writer(&mut out, line).map_err(io::Error::from)?;
+        serde_json::to_writer(&mut out, line)?;
         out.write_all(b"\n")?;
     }
-    serde_json::to_writer(&mut out, &json!({ "summary": run.summary })).map_err(io::Error::from)?;
+    serde_json::to_writer(&mut out, &json!({ "summary": run.summary }))?;
     out.write_all(b"\n")?;
-    Ok(out.flush()?)
+    out.flush()
 }
 
 /// The verdict in a few lines.
 pub fn verdict(summary: &Summary) {
     let seconds = summary.samples as f64 / summary.fs;
     if summary.alarms.is_empty() {
-        println!("No chatter in {seconds:.2} s.");
+        say!("No chatter in {seconds:.2} s.");
     }
     for alarm in &summary.alarms {
         let until = match alarm.off {
             Some(off) => format!("to {off:.3} s"),
             None => "to the end".to_owned(),
         };
-        println!(
+        say!(
             "Chatter at {:.1} Hz from {:.3} s {until}, damping down to {:.2} %.",
             alarm.f,
             alarm.on,
@@ -85,7 +91,7 @@ pub fn verdict(summary: &Summary) {
         .iter()
         .map(|(state, s)| format!("{} {s:.2} s", state_word(**state)))
         .collect();
-    println!("Time spent: {}.", words.join(", "));
+    say!("Time spent: {}.", words.join(", "));
 }
 
 /// A state in one word.

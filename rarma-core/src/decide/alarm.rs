@@ -95,6 +95,17 @@ impl<T: Real> AlarmConfig<T> {
         damping.0 + damping.1 < self.threshold
     }
 
+    /// ζ − sd above the release threshold: damped for certain.
+    pub fn damped(&self, damping: (T, T)) -> bool {
+        damping.0 - damping.1 > self.threshold * self.release_ratio
+    }
+
+    /// ζ − sd below twice the threshold: the mode may be a line without damping of
+    /// its own. A tone reads ζ ≈ 0.0003, and 0.006 in noise of its own power.
+    pub fn may_be_line(&self, damping: (T, T)) -> bool {
+        damping.0 - damping.1 < self.threshold * T::from_f64(2.0)
+    }
+
     /// The mode holds enough of the band's power.
     pub fn loud(&self, share: T) -> bool {
         share >= self.loud_share
@@ -220,8 +231,7 @@ impl<T: Real> Alarm<T> {
         let over = match mode {
             None => true,
             Some(mode) => {
-                let damped = mode.damping - mode.damping_sd
-                    > self.config.threshold * self.config.release_ratio;
+                let damped = self.config.damped((mode.damping, mode.damping_sd));
                 let gone = mode.amplitude < s.mean_amplitude * self.config.gone_ratio;
                 if !damped && !gone {
                     let gain = (period_s / T::from_f64(AMPLITUDE_TAU_S)).min(T::ONE);

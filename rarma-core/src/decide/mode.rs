@@ -2,6 +2,7 @@
 //!
 //! Rate: decision rate.
 
+use super::alarm::AlarmConfig;
 use crate::real::Real;
 use serde::{Deserialize, Serialize};
 
@@ -36,7 +37,7 @@ pub struct Mode<T> {
     pub gradient: T,
     /// Where the vibration comes from.
     pub label: Label,
-    /// Multiple of the spindle frequency it sits on, if it does.
+    /// Multiple of the spindle frequency it sits on, if it is lightly damped.
     pub harmonic: Option<u32>,
 }
 
@@ -91,15 +92,16 @@ impl<T: Real> ModeTrack<T> {
         self.suspicion_s
     }
 
-    /// Takes one reading. `undamped` is the damping threshold's answer, `loud` the
-    /// share's; `period_s` the time since the last decision.
+    /// Takes one reading. `config` says what is undamped and loud; `period_s` is the
+    /// time since the last decision.
     pub fn update(
         &mut self,
         reading: &Reading<T>,
-        undamped: bool,
-        loud: bool,
+        config: &AlarmConfig<T>,
         period_s: T,
     ) -> Mode<T> {
+        let undamped = config.undamped(reading.damping);
+        let loud = config.loud(reading.share);
         let (damping, damping_sd) = reading.damping;
         let gain = (period_s / T::from_f64(GRADIENT_TAU_S)).min(T::ONE);
         let before = self.smooth_damping.unwrap_or(damping);
@@ -123,6 +125,9 @@ impl<T: Real> ModeTrack<T> {
             }
         }
         self.suspicion_s = self.suspicion_s.min(T::ONE);
+        // A resonance with damping of its own is structural wherever it lies; only a
+        // line is forced.
+        let lightly_damped = config.may_be_line(reading.damping);
         Mode {
             frequency: reading.frequency.0,
             frequency_sd: reading.frequency.1,
@@ -131,14 +136,14 @@ impl<T: Real> ModeTrack<T> {
             amplitude: reading.amplitude,
             share: reading.share,
             gradient: self.gradient,
-            label: if explained {
+            label: if explained && lightly_damped {
                 Label::Forced
             } else if undamped && loud && reading.in_band {
                 Label::SelfExcited
             } else {
                 Label::Structural
             },
-            harmonic: reading.harmonic,
+            harmonic: reading.harmonic.filter(|_| lightly_damped),
         }
     }
 

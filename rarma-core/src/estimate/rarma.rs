@@ -8,7 +8,7 @@ use super::ud::UdFactors;
 use crate::real::Real;
 
 /// Gain on σ² when the gradient takes over: the start-up's large errors fade.
-const RESTART_VARIANCE_GAIN: f64 = 0.01;
+const RESTART_VARIANCE_GAIN: f64 = 0.05;
 /// Least innovation variance, so that silence divides by a normal number.
 const SMALLEST_VARIANCE: f64 = 1e-30;
 

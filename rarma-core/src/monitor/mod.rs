@@ -25,6 +25,8 @@ const POWER_TAU_S: f64 = 0.03;
 /// A line at a half or a third of a mode with this part of its power makes the
 /// mode an overtone.
 const OVERTONE_RATIO: f64 = 0.2;
+/// The last verdict outlives the loss of the roots for this long, s.
+const LOST_HOLD_S: f64 = 0.1;
 /// An alarm outlives bad samples for this long, s.
 const ALARM_HOLD_S: f64 = 1.0;
 
@@ -64,6 +66,8 @@ pub struct Monitor<T, const P: usize, const Q: usize, const N: usize> {
     decision_every: u32,
     period_s: T,
     lost: bool,
+    lost_s: T,
+    last: (State, Reason),
     fault_s: T,
 }
 
@@ -127,6 +131,8 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             decision_every,
             period_s: T::from_f64(period_s),
             lost: true,
+            lost_s: T::ZERO,
+            last: (State::Starting, Reason::EstimatorStarting),
             fault_s: T::ZERO,
         })
     }
@@ -198,6 +204,11 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             Some(_) => self.fault_s + self.period_s,
             None => T::ZERO,
         };
+        self.lost_s = if self.lost {
+            self.lost_s + self.period_s
+        } else {
+            T::ZERO
+        };
         let level = self.power.sqrt();
         let told_idle = self
             .idle_samples
@@ -228,11 +239,15 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
                 (State::Invalid, Reason::Samples(fault))
             }
             _ if !self.model.ready() => (State::Starting, Reason::EstimatorStarting),
+            // The roots are found again within milliseconds: until then the last
+            // verdict stands.
+            _ if self.lost && self.lost_s < T::from_f64(LOST_HOLD_S) => self.last,
             _ if self.lost && self.alarm.standing().is_none() => {
                 (State::Starting, Reason::RootsLost)
             }
             _ => self.alarm.judge(&modes, cutting),
         };
+        self.last = (state, reason);
         Report::new(
             self.samples,
             state,
@@ -311,9 +326,9 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             if rest > T::ZERO && reading.harmonic.is_none() {
                 reading.share = *here / rest;
             }
-            let undamped = self.alarm_config.undamped(reading.damping);
-            let loud = self.alarm_config.loud(reading.share);
-            let judged = slot.track.update(reading, undamped, loud, self.period_s);
+            let judged = slot
+                .track
+                .update(reading, &self.alarm_config, self.period_s);
             *mode = Some((judged, slot.track.suspicion_s()));
         }
     }

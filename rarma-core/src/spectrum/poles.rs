@@ -106,9 +106,10 @@ pub fn deviation<T: Real, const N: usize>(
         by_zeta[i] = theta * (l * w.1 - theta * w.0) / (r * r2);
         w = times_z(w);
     }
-    let sd = |g: &[T; N]| (covariance.quadratic(n, g) * scale).max(T::ZERO).sqrt();
+    let sd = |variance: T| (variance * scale).max(T::ZERO).sqrt();
+    let (var_f, var_zeta) = covariance.quadratics(n, p, &by_f, &by_zeta);
     Some(ModalDeviation {
-        frequency: sd(&by_f) * fs / (T::from_f64(2.0) * T::PI),
-        damping: sd(&by_zeta),
+        frequency: sd(var_f) * fs / (T::from_f64(2.0) * T::PI),
+        damping: sd(var_zeta),
     })
 }

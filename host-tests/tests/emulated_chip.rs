@@ -1,0 +1,163 @@
+//! Promise: the firmware image on the emulated Cortex-M4F calls what the host calls,
+//! within 20 ms, and its numbers are those of the host to within rounding.
+//!
+//! The image is the one that `RARMA_TARGET_ELF` names.
+
+use hal_sim::plant::cut::{Scenario, VirtualCut};
+use host_tests::resources::{Known, shared_or_skip, target_elf_or_skip};
+use rarma_cli::commands;
+use rarma_cli::input::Recording;
+use rarma_cli::record::{ModeRecord, Run};
+use rarma_core::Order;
+use rarma_core::monitor::MonitorConfig;
+use rarma_core::wire::MonitorJob;
+use std::path::{Path, PathBuf};
+
+/// Longest difference of an alarm's time, s (the issue's).
+const ALARM_S: f64 = 0.02;
+
+fn job(monitor: MonitorConfig) -> MonitorJob {
+    MonitorJob {
+        monitor,
+        channel: 0,
+        every_s: 0.01,
+    }
+}
+
+fn demo_cut(seconds: f64) -> (Recording, MonitorConfig) {
+    let cut = VirtualCut::new(Scenario::chatter_onset(1)).expect("a shipped scenario");
+    let fs = cut.sample_rate_hz();
+    let config = MonitorConfig {
+        full_scale: Some(1.0),
+        spindle_hz: Some(cut.truth().spindle_hz),
+        teeth: u32::try_from(cut.truth().teeth).ok(),
+        ..MonitorConfig::new(fs)
+    };
+    let length = (seconds * fs) as usize;
+    let samples: Vec<f64> = cut.take(length).map(|r| f64::from(r.value)).collect();
+    let recording = Recording {
+        path: PathBuf::from("chatter-onset"),
+        format: "simulated".to_owned(),
+        fs,
+        seconds,
+        samples,
+        full_scale: Some(1.0),
+        step: None,
+        channel: 0,
+        channels: 1,
+        notices: Vec::new(),
+    };
+    (recording, config)
+}
+
+/// Largest differences between host and chip.
+#[derive(Debug, Default, Clone, Copy)]
+struct Largest {
+    lines: usize,
+    modes: usize,
+    frequency: f64,
+    damping: f64,
+    alarm_s: f64,
+}
+
+/// Both run; same lines, same alarms; how far the numbers are apart.
+fn compare(name: &str, elf: &Path, recording: &Recording, job: &MonitorJob) -> (Run, Largest) {
+    let host = commands::listen(job, recording.samples_f32(), |_| {}).expect("a run on the host");
+    let chip = commands::on_chip(elf, job, recording).unwrap_or_else(|why| panic!("{name}: {why}"));
+    assert_eq!(chip.lines.len(), host.lines.len(), "{name}");
+    assert_eq!(chip.summary.samples, host.summary.samples, "{name}");
+    assert_eq!(chip.summary.order, host.summary.order, "{name}");
+    let mut largest = Largest {
+        lines: host.lines.len(),
+        ..Largest::default()
+    };
+    for (c, h) in chip.lines.iter().zip(&host.lines) {
+        assert_eq!(c.t, h.t, "{name}");
+        if c.modes.len() != h.modes.len() {
+            continue;
+        }
+        for (c, h) in c.modes.iter().zip(&h.modes) {
+            largest.modes += 1;
+            let difference = |get: fn(&ModeRecord) -> f64| (get(c) - get(h)).abs();
+            largest.frequency = largest.frequency.max(difference(|m| m.f));
+            largest.damping = largest.damping.max(difference(|m| m.zeta));
+        }
+    }
+    let (c, h) = (&chip.summary.alarms, &host.summary.alarms);
+    assert_eq!(
+        c.len(),
+        h.len(),
+        "{name}: {c:?} on the chip, {h:?} on the host"
+    );
+    for (c, h) in c.iter().zip(h) {
+        let off = match (c.off, h.off) {
+            (Some(c), Some(h)) => (c - h).abs(),
+            (None, None) => 0.0,
+            _ => panic!("{name}: released on one side only: {c:?} and {h:?}"),
+        };
+        largest.alarm_s = largest.alarm_s.max((c.on - h.on).abs()).max(off);
+    }
+    let same = chip
+        .lines
+        .iter()
+        .zip(&host.lines)
+        .filter(|(c, h)| c == h)
+        .count();
+    println!(
+        "{name}: {same} of {} lines identical; {largest:?}",
+        host.lines.len()
+    );
+    assert!(largest.alarm_s <= ALARM_S, "{name}: {largest:?}");
+    assert!(
+        largest.modes * 2 > host.lines.len(),
+        "{name}: nothing was compared: {largest:?}"
+    );
+    assert!(largest.frequency < 1e9, "{name}: {largest:?}");
+    assert!(largest.damping < 1e9, "{name}: {largest:?}");
+    (chip, largest)
+}
+
+#[test]
+fn start_of_the_demonstration() {
+    let Some(elf) = target_elf_or_skip("start_of_the_demonstration") else {
+        return;
+    };
+    let (recording, config) = demo_cut(3.0);
+    let (chip, _) = compare("demonstration, 3 s", &elf, &recording, &job(config));
+    assert_eq!(chip.lines.len(), 300);
+    assert!(chip.summary.alarms.is_empty(), "{:?}", chip.summary.alarms);
+}
+
+#[test]
+fn every_order_runs_on_the_chip() {
+    let Some(elf) = target_elf_or_skip("every_order_runs_on_the_chip") else {
+        return;
+    };
+    let (recording, config) = demo_cut(1.5);
+    for order in Order::ALL {
+        let name = format!("demonstration, 1.5 s, ({},{})", order.p(), order.q());
+        let config = MonitorConfig { order, ..config };
+        compare(&name, &elf, &recording, &job(config));
+    }
+}
+
+#[test]
+fn real_recordings() {
+    let Some(elf) = target_elf_or_skip("emulated_chip: real_recordings") else {
+        return;
+    };
+    let Some(shared) = shared_or_skip("emulated_chip: real_recordings") else {
+        return;
+    };
+    for (name, alarms) in [("chatter", 1), ("stable", 0), ("idle_sound", 0)] {
+        let known = Known::read(&shared, &format!("hafez_mill_sound/{name}"));
+        let config = MonitorConfig {
+            full_scale: known.recording.full_scale,
+            spindle_hz: known.meta["spindle_rpm"].as_f64().map(|rpm| rpm / 60.0),
+            teeth: known.meta["teeth"].as_u64().map(|z| z as u32),
+            ..MonitorConfig::new(known.recording.fs)
+        };
+        let (chip, _) = compare(name, &elf, &known.recording, &job(config));
+        assert_eq!(chip.summary.alarms.len(), alarms, "{name}");
+    }
+}

@@ -1,0 +1,376 @@
+//! Promise: `rarma monitor --json` and `rarma identify --json` say what
+//! ARCHITECTURE.md lists, field by field, and nothing else.
+
+use host_tests::bound::Bound;
+use host_tests::files::Folder;
+use host_tests::process::Ended;
+use host_tests::{rarma, signal};
+use serde_json::Value;
+use std::path::Path;
+
+const FS: u32 = 8000;
+const SECONDS: usize = 3;
+const SAMPLES: usize = SECONDS * FS as usize;
+/// Decisions of the monitor are this far apart at 8 kHz, s.
+const DECISION: f64 = 0.002;
+const STATES: [&str; 6] = [
+    "starting", "idle", "stable", "warning", "chatter", "invalid",
+];
+const LABELS: [&str; 3] = ["self-excited", "structural", "forced"];
+
+fn monitor(file: &Path, options: &str) -> Ended {
+    rarma!().on("monitor", file, &format!("{options} --json"))
+}
+
+/// A tone in noise: 900 Hz is the 30th multiple of 30 Hz, 915 Hz is none.
+fn tone_in_noise(folder: &Folder, f_hz: f64) -> std::path::PathBuf {
+    let tone = signal::tone(f_hz, f64::from(FS));
+    let noise = signal::white(5);
+    let x: Vec<f64> = tone
+        .zip(noise)
+        .map(|(t, n)| 0.2 * t + 0.01 * n)
+        .take(SAMPLES)
+        .collect();
+    folder.pcm16("tone.wav", FS, &x)
+}
+
+fn damped(folder: &Folder) -> std::path::PathBuf {
+    let modes = signal::modes(&[(900.0, 0.04), (1700.0, 0.03)], f64::from(FS), 7);
+    let x: Vec<f64> = modes.map(|x| 0.1 * x).take(SAMPLES).collect();
+    folder.pcm16("damped.wav", FS, &x)
+}
+
+fn keys(object: &Value) -> Vec<&str> {
+    let mut keys: Vec<&str> = object
+        .as_object()
+        .unwrap_or_else(|| panic!("not an object: {object}"))
+        .keys()
+        .map(String::as_str)
+        .collect();
+    keys.sort_unstable();
+    keys
+}
+
+fn number(object: &Value, key: &str) -> f64 {
+    let value = object[key].as_f64();
+    value
+        .filter(|x| x.is_finite())
+        .unwrap_or_else(|| panic!("{key} of {object}"))
+}
+
+fn numbers(array: &Value) -> Vec<f64> {
+    let items = array.as_array().unwrap_or_else(|| panic!("{array}"));
+    items
+        .iter()
+        .map(|x| x.as_f64().expect("a finite number"))
+        .collect()
+}
+
+fn word<'a>(object: &'a Value, key: &str) -> &'a str {
+    object[key]
+        .as_str()
+        .unwrap_or_else(|| panic!("{key} of {object}"))
+}
+
+/// Every field of a line, its kind and its range.
+fn check_line(line: &Value) {
+    assert_eq!(keys(line), ["modes", "state", "t"], "{line}");
+    assert!(STATES.contains(&word(line, "state")), "{line}");
+    let modes = line["modes"].as_array().expect("modes is an array");
+    let mut before = 0.0;
+    for mode in modes {
+        assert_eq!(
+            keys(mode),
+            [
+                "amplitude",
+                "f",
+                "f_sd",
+                "harmonic",
+                "label",
+                "zeta",
+                "zeta_sd"
+            ]
+        );
+        let f = number(mode, "f");
+        assert!(f >= before, "modes are not sorted: {line}");
+        before = f;
+        assert!(f <= f64::from(FS), "{line}");
+        for key in ["f_sd", "zeta_sd", "amplitude"] {
+            assert!(number(mode, key) >= 0.0, "{key} of {line}");
+        }
+        assert!(number(mode, "zeta").abs() <= 1.0, "{line}");
+        let label = word(mode, "label");
+        assert!(LABELS.contains(&label), "{line}");
+        match &mode["harmonic"] {
+            Value::Null => {}
+            k => assert!(k.as_u64().is_some_and(|k| k > 0), "{line}"),
+        }
+    }
+}
+
+fn check_summary(summary: &Value, order: [u64; 2]) {
+    assert_eq!(
+        keys(summary),
+        ["alarms", "fs", "order", "samples", "state_seconds"]
+    );
+    assert_eq!(number(summary, "fs"), f64::from(FS));
+    assert_eq!(summary["samples"].as_u64(), Some(SAMPLES as u64));
+    assert_eq!(summary["order"], serde_json::json!(order));
+    for alarm in summary["alarms"].as_array().expect("alarms is an array") {
+        assert_eq!(keys(alarm), ["f", "off", "on", "zeta"]);
+        let on = number(alarm, "on");
+        match &alarm["off"] {
+            Value::Null => {}
+            off => assert!(off.as_f64().is_some_and(|off| off > on), "{alarm}"),
+        }
+        number(alarm, "f");
+        number(alarm, "zeta");
+    }
+    let states = summary["state_seconds"].as_object().expect("an object");
+    let mut sum = 0.0;
+    for (state, seconds) in states {
+        assert!(STATES.contains(&state.as_str()), "{state}");
+        sum += seconds.as_f64().expect("seconds");
+    }
+    let duration = SAMPLES as f64 / f64::from(FS);
+    assert!(
+        (duration - sum).abs() <= DECISION + 1e-9,
+        "states sum up to {sum} of {duration} s"
+    );
+}
+
+#[test]
+fn monitor_says_every_field_and_nothing_else() {
+    let folder = Folder::default();
+    let file = damped(&folder);
+    for (p, q) in [
+        (2, 1),
+        (2, 2),
+        (4, 3),
+        (4, 4),
+        (6, 5),
+        (6, 6),
+        (8, 7),
+        (8, 8),
+    ] {
+        let ended = monitor(&file, &format!("--order {p},{q}"));
+        assert_eq!(
+            (ended.code, ended.stderr.as_str()),
+            (Some(0), ""),
+            "{p},{q}"
+        );
+        let (lines, summary) = ended.monitored();
+        lines.iter().for_each(check_line);
+        check_summary(&summary, [p, q]);
+        let most = lines
+            .iter()
+            .map(|l| l["modes"].as_array().map_or(0, Vec::len))
+            .max();
+        assert!(
+            most.is_some_and(|n| n >= 1 && n <= p as usize / 2),
+            "{p},{q}: {most:?}"
+        );
+        assert_eq!(word(&lines[0], "state"), "starting");
+        assert_eq!(word(&lines[lines.len() - 1], "state"), "stable");
+    }
+}
+
+#[test]
+fn lines_come_every_hundredth_second_and_as_often_as_asked() {
+    let folder = Folder::default();
+    let file = damped(&folder);
+    for (options, every) in [
+        ("", 0.01),
+        ("--every 0.05", 0.05),
+        ("--every 0.5", 0.5),
+        // No more often than decisions are made.
+        ("--every 0.0001", DECISION),
+    ] {
+        let (lines, _) = monitor(&file, options).monitored();
+        let wanted = SAMPLES as f64 / f64::from(FS) / every;
+        assert!(
+            (lines.len() as f64 - wanted).abs() <= 1.0,
+            "{} lines for {wanted}",
+            lines.len()
+        );
+        for (k, line) in lines.iter().enumerate() {
+            let late = number(line, "t") - (k + 1) as f64 * every;
+            assert!(
+                (-1e-9..DECISION).contains(&late),
+                "{options}: line {k}: {line}"
+            );
+        }
+    }
+}
+
+#[test]
+fn alarm_is_in_the_summary_and_in_the_exit_code() {
+    let folder = Folder::default();
+    let ended = monitor(&tone_in_noise(&folder, 915.0), "--rpm 1800 --teeth 6");
+    assert_eq!((ended.code, ended.stderr.as_str()), (Some(1), ""));
+    let (lines, summary) = ended.monitored();
+    lines.iter().for_each(check_line);
+    check_summary(&summary, [8, 7]);
+    let alarms = summary["alarms"].as_array().expect("alarms");
+    assert_eq!(alarms.len(), 1, "{summary}");
+    assert!((number(&alarms[0], "f") - 915.0).abs() < 1.0, "{summary}");
+    assert_eq!(alarms[0]["off"], Value::Null, "the tone never ends");
+    assert!(number(&alarms[0], "zeta") < 0.01);
+    let last = &lines[lines.len() - 1];
+    assert_eq!(word(last, "state"), "chatter");
+    let mode = nearest(last, 915.0);
+    assert_eq!(word(mode, "label"), "self-excited");
+    assert_eq!(mode["harmonic"], Value::Null);
+    // Peak amplitude in fractions of full scale.
+    assert!((number(mode, "amplitude") - 0.2).abs() < 0.02, "{mode}");
+}
+
+#[test]
+fn multiple_of_the_speed_is_forced_and_no_alarm() {
+    let folder = Folder::default();
+    let file = tone_in_noise(&folder, 900.0);
+    // Without the speed nothing tells it from chatter.
+    assert_eq!(monitor(&file, "").code, Some(1));
+    for options in ["--rpm 1800 --teeth 6", "--rpm 1800"] {
+        let ended = monitor(&file, options);
+        assert_eq!(ended.code, Some(0), "{options}");
+        let (lines, summary) = ended.monitored();
+        assert_eq!(summary["alarms"], serde_json::json!([]));
+        let late: Vec<&Value> = lines.iter().filter(|l| number(l, "t") > 1.0).collect();
+        assert!(late.len() > 190);
+        for line in late {
+            let mode = nearest(line, 900.0);
+            assert!((number(mode, "f") - 900.0).abs() < 2.0, "{line}");
+            assert_eq!(word(mode, "label"), "forced", "{line}");
+            assert_eq!(mode["harmonic"], 30, "{line}");
+            assert_eq!(word(line, "state"), "stable", "{line}");
+        }
+    }
+}
+
+fn nearest(line: &Value, f_hz: f64) -> &Value {
+    let modes = line["modes"].as_array().expect("modes");
+    let distance = |m: &&Value| (number(m, "f") - f_hz).abs();
+    modes
+        .iter()
+        .min_by(|x, y| distance(x).total_cmp(&distance(y)))
+        .unwrap_or_else(|| panic!("no mode in {line}"))
+}
+
+#[test]
+fn identify_says_every_field_at_every_kind_of_order() {
+    let folder = Folder::default();
+    let x: Vec<f64> = signal::modes(&[(980.0, 0.02), (1700.0, 0.03)], 5000.0, 3)
+        .map(|x| 7.0 + x)
+        .take(10_000)
+        .collect();
+    let file = folder.raw("modes.f64", &x);
+    for (p, q) in [
+        (0usize, 3usize),
+        (5, 0),
+        (30, 29),
+        (2, 1),
+        (4, 3),
+        (1, 2),
+        (0, 0),
+        (3, 7),
+    ] {
+        for method in ["rpem", "rplr"] {
+            let options = format!("--fs 5000 --order {p},{q} --method {method} --json");
+            let ended = rarma!().on("identify", &file, &options);
+            assert_eq!(
+                (ended.code, ended.stderr.as_str()),
+                (Some(0), ""),
+                "{options}"
+            );
+            let lines = ended.json_lines();
+            let [model] = &lines[..] else {
+                panic!("{options}: {} lines", lines.len());
+            };
+            assert_eq!(
+                keys(model),
+                [
+                    "a",
+                    "aic",
+                    "bic",
+                    "c",
+                    "fpe",
+                    "fs",
+                    "mean",
+                    "method",
+                    "modes",
+                    "n",
+                    "order",
+                    "sigma2",
+                    "whiteness_p"
+                ]
+            );
+            assert_eq!(word(model, "method"), method);
+            assert_eq!(model["order"], serde_json::json!([p, q]));
+            assert_eq!(
+                (numbers(&model["a"]).len(), numbers(&model["c"]).len()),
+                (p, q)
+            );
+            assert_eq!(
+                (number(model, "fs"), number(model, "n")),
+                (5000.0, 10_000.0)
+            );
+            assert!((number(model, "mean") - 7.0).abs() < 0.2);
+            assert!(number(model, "sigma2") > 0.0 && number(model, "fpe") > 0.0);
+            assert!(number(model, "bic") >= number(model, "aic"));
+            assert!((0.0..=1.0).contains(&number(model, "whiteness_p")));
+            let modes = model["modes"].as_array().expect("modes");
+            assert!(modes.len() <= p / 2);
+            let f: Vec<f64> = modes.iter().map(|m| number(m, "f")).collect();
+            assert!(f.is_sorted(), "{options}: {f:?}");
+            for mode in modes {
+                assert_eq!(keys(mode), ["f", "f_sd", "zeta", "zeta_sd"]);
+                assert!(number(mode, "f_sd") >= 0.0 && number(mode, "zeta_sd") >= 0.0);
+                number(mode, "zeta");
+            }
+        }
+    }
+}
+
+#[test]
+fn identify_recovers_a_known_model_within_its_uncertainty() {
+    let folder = Folder::default();
+    let modes = [(700.0, 0.05), (1500.0, 0.04)];
+    let a = signal::polynomial(&modes, 5000.0);
+    let c = [0.5, -0.3, 0.1];
+    let n = 50_000;
+    let file = folder.raw("arma.f64", &signal::arma(&a, &c, n, 11));
+    let ended = rarma!().on("identify", &file, "--fs 5000 --order 4,3 --json");
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    let model = &ended.json_lines()[0];
+    let bound = Bound::of(&a, &c);
+    let found = [numbers(&model["a"]), numbers(&model["c"])].concat();
+    for (i, (found, truth)) in found.iter().zip(a.iter().chain(&c)).enumerate() {
+        let sd = bound.parameter(i, n as f64);
+        let off = (found - truth) / sd;
+        println!("parameter {i}: {found:.5} for {truth:.5}, {off:+.2} sd");
+        assert!(
+            off.abs() < 4.0,
+            "parameter {i} is {found}, not {truth} ± {sd}"
+        );
+    }
+    assert!((number(model, "sigma2") - 1.0).abs() < 4.0 * (2.0 / n as f64).sqrt());
+    assert!(number(model, "whiteness_p") > 1e-4);
+    for (mode, (f, zeta)) in model["modes"].as_array().expect("modes").iter().zip(modes) {
+        let limit = bound.mode(f, zeta, 5000.0);
+        let root_n = (n as f64).sqrt();
+        assert!((number(mode, "f") - f).abs() < 4.0 * limit.frequency / root_n);
+        assert!((number(mode, "zeta") - zeta).abs() < 4.0 * limit.damping / root_n);
+        // The stated uncertainty is the true one.
+        let stated = number(mode, "zeta_sd") / (limit.damping / root_n);
+        assert!(
+            (0.8..1.25).contains(&stated),
+            "zeta_sd is {stated} of the bound"
+        );
+        let stated = number(mode, "f_sd") / (limit.frequency / root_n);
+        assert!(
+            (0.8..1.25).contains(&stated),
+            "f_sd is {stated} of the bound"
+        );
+    }
+}
