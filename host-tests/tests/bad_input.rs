@@ -99,7 +99,8 @@ fn truncated_header() {
     for length in 1..HEADER {
         let file = folder.file("cut.wav", &whole[..length]);
         let ended = program().on("monitor", &file, "--json");
-        assert_refused(&ended, &file, &["ends"]);
+        // Which part is missing differs from byte to byte; what to do does not.
+        assert_refused(&ended, &file, &["copy it again"]);
     }
 }
 

@@ -53,7 +53,6 @@ fn demo_cut(seconds: f64) -> (Recording, MonitorConfig) {
 /// Largest differences between host and chip.
 #[derive(Debug, Default, Clone, Copy)]
 struct Largest {
-    lines: usize,
     modes: usize,
     frequency: f64,
     damping: f64,
@@ -67,10 +66,7 @@ fn compare(name: &str, elf: &Path, recording: &Recording, job: &MonitorJob) -> (
     assert_eq!(chip.lines.len(), host.lines.len(), "{name}");
     assert_eq!(chip.summary.samples, host.summary.samples, "{name}");
     assert_eq!(chip.summary.order, host.summary.order, "{name}");
-    let mut largest = Largest {
-        lines: host.lines.len(),
-        ..Largest::default()
-    };
+    let mut largest = Largest::default();
     for (c, h) in chip.lines.iter().zip(&host.lines) {
         assert_eq!(c.t, h.t, "{name}");
         if c.modes.len() != h.modes.len() {

@@ -18,7 +18,8 @@ pub enum Gradient {
 /// A setting out of range, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ConfigError {
-    /// `forgetting` must lie in 0.9..=1.
+    /// `forgetting` and `start_forgetting` must lie in 0.9..=1, `forgetting_rate` in
+    /// 0..=1.
     Forgetting,
     /// `random_walk` must lie in 0..=0.01.
     RandomWalk,
@@ -39,6 +40,11 @@ pub struct RarmaConfig<T> {
     /// Forgetting factor λ per sample, 0.9..=1, default 1 (remember everything).
     /// The memory is 1/(1 − λ) samples.
     pub forgetting: T,
+    /// Forgetting factor at the start of each stage, 0.9..=1, default 0.99: what a
+    /// poor model taught is forgotten again.
+    pub start_forgetting: T,
+    /// Rate at which it rises to `forgetting`, per sample, 0..=1, default 0.005.
+    pub forgetting_rate: T,
     /// Variance of a random walk of every parameter, per sample, 0..=0.01, default
     /// 0. The thesis' R_e. Recovers faster than forgetting after a loud passage.
     pub random_walk: T,
@@ -53,7 +59,7 @@ pub struct RarmaConfig<T> {
     pub startup_samples: u32,
     /// Variance of each parameter before the first sample. Default 10.
     pub start_variance: T,
-    /// Variance of each parameter when the gradient takes over. Default 0.01.
+    /// Variance of each parameter when the gradient takes over. Default 1.
     pub restart_variance: T,
     /// Largest root radius allowed for C(q), 0.5..=1, default 0.998.
     pub c_radius: T,
@@ -77,12 +83,14 @@ impl<T: Real> Default for RarmaConfig<T> {
         Self {
             gradient: Gradient::Filtered,
             forgetting: T::ONE,
+            start_forgetting: T::from_f64(0.99),
+            forgetting_rate: T::from_f64(0.005),
             random_walk: T::ZERO,
             settle_samples: 64,
             autoregressive_samples: 320,
             startup_samples: 1000,
             start_variance: T::from_f64(10.0),
-            restart_variance: T::from_f64(0.01),
+            restart_variance: T::ONE,
             c_radius: T::from_f64(0.998),
             outlier_ratio: T::from_f64(25.0),
             variance_gain: T::ZERO,
@@ -103,6 +111,8 @@ impl<T: Real> RarmaConfig<T> {
         let within = |x: T, lo: f64, hi: f64| x >= T::from_f64(lo) && x <= T::from_f64(hi);
         let all = [
             self.forgetting,
+            self.start_forgetting,
+            self.forgetting_rate,
             self.random_walk,
             self.start_variance,
             self.restart_variance,
@@ -116,7 +126,10 @@ impl<T: Real> RarmaConfig<T> {
         ];
         if !all.iter().all(|x| x.is_finite()) {
             Err(ConfigError::NotFinite)
-        } else if !within(self.forgetting, 0.9, 1.0) {
+        } else if !within(self.forgetting, 0.9, 1.0)
+            || !within(self.start_forgetting, 0.9, 1.0)
+            || !within(self.forgetting_rate, 0.0, 1.0)
+        {
             Err(ConfigError::Forgetting)
         } else if !within(self.random_walk, 0.0, 0.01) {
             Err(ConfigError::RandomWalk)

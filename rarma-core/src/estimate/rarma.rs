@@ -92,6 +92,8 @@ pub struct Step<T> {
 #[derive(Debug, Clone)]
 pub struct RecursiveArma<T, const P: usize, const Q: usize, const N: usize> {
     config: RarmaConfig<T>,
+    /// Forgetting factor of this sample: rises to the set one after each start.
+    lambda: T,
     inverse_lambda: T,
     /// θ = (a₁…a_p, c₁…c_q)
     theta: [T; N],
@@ -144,7 +146,8 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
     pub(super) fn raw(config: RarmaConfig<T>) -> Self {
         let config = config.checked().unwrap_or_default();
         Self {
-            inverse_lambda: T::ONE / config.forgetting,
+            lambda: config.forgetting.min(config.start_forgetting),
+            inverse_lambda: T::ONE / config.forgetting.min(config.start_forgetting),
             theta: [T::ZERO; N],
             phi: [T::ZERO; N],
             psi: [T::ZERO; N],
@@ -193,6 +196,8 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
             self.covariance.reset(self.config.restart_variance);
             self.weight = T::ZERO;
             self.weight2 = T::ZERO;
+            self.lambda = self.config.forgetting.min(self.config.start_forgetting);
+            self.inverse_lambda = T::ONE / self.lambda;
             self.variance_gain = self.variance_gain.max(T::from_f64(RESTART_VARIANCE_GAIN));
         }
 
@@ -226,7 +231,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
         };
 
         let regressor = if filtered { &self.psi } else { &self.phi };
-        let r_lambda = self.config.forgetting * r;
+        let r_lambda = self.lambda * r;
         let mut gain = [T::ZERO; N];
         let alpha = self.covariance.measure(n, regressor, r_lambda, &mut gain);
         let mut limit = self.correct(p, q, &gain, e);
@@ -251,8 +256,9 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
 
         self.shift(y, p, q);
         self.track_variance(if outlier { bound } else { e2 } * (r_lambda / alpha));
-        self.weight = self.config.forgetting * self.weight + T::ONE;
-        self.weight2 = self.config.forgetting * self.config.forgetting * self.weight2 + T::ONE;
+        self.weight = self.lambda * self.weight + T::ONE;
+        self.weight2 = self.lambda * self.lambda * self.weight2 + T::ONE;
+        self.age_forgetting();
         self.count = self.count.saturating_add(1);
         Step {
             innovation: e,
@@ -343,6 +349,21 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
             self.phi[p] = residual;
             self.psi[p] = e_f;
         }
+    }
+
+    /// The forgetting factor rises to the set one, so that what was learnt from a
+    /// poor model at the start is forgotten again: λ ← λ + rate·(λ_set − λ).
+    #[inline(always)]
+    fn age_forgetting(&mut self) {
+        let target = self.config.forgetting;
+        if self.lambda == target {
+            return;
+        }
+        self.lambda += self.config.forgetting_rate * (target - self.lambda);
+        if (target - self.lambda).abs() < T::from_f64(1e-6) {
+            self.lambda = target;
+        }
+        self.inverse_lambda = T::ONE / self.lambda;
     }
 
     /// Innovation variance: the plain mean at first, then over its memory.

@@ -84,7 +84,7 @@ mod tests {
                 if n % 12 == 0 {
                     lockin.steer(2.0 * core::f32::consts::PI * 900.0 / fs);
                 }
-                let phase = 2.0 * core::f64::consts::PI * f64::from(900.0 + offset) / 6000.0;
+                let phase = 2.0 * core::f64::consts::PI * (900.0 + offset) / 6000.0;
                 lockin.process(0.8 * (phase * f64::from(n)).sin() as f32, gain);
             }
             let a = lockin.amplitude();
