@@ -113,3 +113,82 @@ pub fn deviation<T: Real, const N: usize>(
         damping: sd(var_zeta),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn factor(f: f64, zeta: f64, fs: f64) -> Quadratic<f64> {
+        let w = 2.0 * core::f64::consts::PI * f / fs;
+        let radius = (-zeta * w).exp();
+        let angle = w * (1.0 - zeta * zeta).sqrt();
+        Quadratic {
+            u: 2.0 * radius * angle.cos(),
+            v: radius * radius,
+        }
+    }
+
+    #[test]
+    fn frequency_and_damping_come_back_over_the_whole_band() {
+        let fs = 8000.0;
+        for part in 1..=9 {
+            let f = 0.05 * f64::from(part) * fs;
+            for zeta in [-0.01, 0.0005, 0.01, 0.05, 0.1] {
+                let q = factor(f, zeta, fs);
+                let exact = modal(&q, fs).expect("a pair");
+                assert!((exact.frequency / f - 1.0).abs() < 1e-12);
+                assert!((exact.damping - zeta).abs() < 1e-12);
+                let single = Quadratic {
+                    u: q.u as f32,
+                    v: q.v as f32,
+                };
+                let m = modal(&single, fs as f32).expect("a pair");
+                assert!(
+                    (f64::from(m.frequency) / f - 1.0).abs() < 1e-5,
+                    "{f} {zeta}: {m:?}"
+                );
+                assert!(
+                    (f64::from(m.damping) - zeta).abs() < 1e-5,
+                    "{f} {zeta}: {m:?}"
+                );
+            }
+        }
+        assert!(modal(&Quadratic { u: 1.9, v: 0.9 }, fs).is_none());
+    }
+
+    #[test]
+    fn deviation_is_the_derivative_through_the_roots() {
+        // Against finite differences of the roots themselves.
+        let fs = 5000.0;
+        let (one, two) = (factor(980.0, 0.02, fs), factor(450.0, 0.03, fs));
+        let a = [
+            -one.u - two.u,
+            one.v + two.v + one.u * two.u,
+            -one.u * two.v - two.u * one.v,
+            one.v * two.v,
+        ];
+        let covariance = UdFactors::<f64, 4>::diagonal(1e-8);
+        let sd = deviation(&a, 4, &one, fs, &covariance, 1.0).expect("a pair");
+        let (mut var_f, mut var_zeta) = (0.0, 0.0);
+        for i in 0..4 {
+            let mut moved = a;
+            moved[i] += 1e-7;
+            let mut tracker = crate::spectrum::FactorTracker::<f64, 4>::new();
+            tracker.solve(&moved, 500).expect("found");
+            let near = tracker
+                .factors(4)
+                .iter()
+                .filter_map(|q| modal(q, fs))
+                .min_by(|x, y| {
+                    (x.frequency - 980.0)
+                        .abs()
+                        .total_cmp(&(y.frequency - 980.0).abs())
+                })
+                .expect("a mode");
+            var_f += ((near.frequency - 980.0) / 1e-7).powi(2) * 1e-8;
+            var_zeta += ((near.damping - 0.02) / 1e-7).powi(2) * 1e-8;
+        }
+        assert!((sd.frequency / var_f.sqrt() - 1.0).abs() < 1e-3);
+        assert!((sd.damping / var_zeta.sqrt() - 1.0).abs() < 1e-3);
+    }
+}
