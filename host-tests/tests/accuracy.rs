@@ -39,16 +39,19 @@ fn read<const P: usize, const Q: usize, const N: usize>(
         .map(|(_, zeta, sd)| (zeta, sd))
 }
 
-/// Errors of the damping ratio after `SAMPLES` samples, with the stated deviation.
-/// A mode that is not found counts as an error of 1.
-fn errors<const P: usize, const Q: usize, const N: usize>(seeds: u64) -> Vec<(f64, f64)> {
+/// Error of the damping ratio with the stated deviation, for each seed; none where
+/// the mode is not there.
+fn errors<const P: usize, const Q: usize, const N: usize>(
+    samples: usize,
+    seeds: u64,
+) -> Vec<Option<(f64, f64)>> {
     (0..seeds)
         .map(|seed| {
             let mut model = RecursiveArma::<f64, P, Q, N>::new(RarmaConfig::default());
-            for y in noise(P / 2, seed).take(SAMPLES) {
+            for y in noise(P / 2, seed).take(samples) {
                 model.update(y);
             }
-            read(&model).map_or((1.0, 0.0), |(zeta, sd)| (zeta - ZETA, sd))
+            read(&model).map(|(zeta, sd)| (zeta - ZETA, sd))
         })
         .collect()
 }
@@ -57,39 +60,73 @@ fn noise(modes: usize, seed: u64) -> ModalNoise {
     signal::modes(&MODES[..modes], FS, 100 + seed)
 }
 
-/// Ratios to the bound: rms over all seeds, and the median error's (1 at the bound).
-fn against_the_bound<const P: usize, const Q: usize, const N: usize>(seeds: u64) -> (f64, f64) {
+/// How an order does against the bound.
+struct Score {
+    /// Root mean square error over the bound, gross failures left out.
+    rms: f64,
+    /// Median error over that of a normal distribution at the bound.
+    median: f64,
+    /// Part of the seeds that missed the mode, or by more than five times the bound.
+    failed: f64,
+}
+
+fn against_the_bound<const P: usize, const Q: usize, const N: usize>(
+    samples: usize,
+    seeds: u64,
+) -> Score {
     let limit = Bound::of_modes(&noise(P / 2, 0)).mode(F, ZETA, FS).damping;
-    let limit = limit / (SAMPLES as f64).sqrt();
-    let sizes: Vec<f64> = errors::<P, Q, N>(seeds).iter().map(|e| e.0.abs()).collect();
-    let (all, median) = (
-        rms(&sizes) / limit,
-        quantile(&sizes, 0.5) / (0.6745 * limit),
-    );
+    let limit = limit / (samples as f64).sqrt();
+    let errors = errors::<P, Q, N>(samples, seeds);
+    let sizes: Vec<f64> = errors
+        .iter()
+        .map(|e| e.map_or(f64::INFINITY, |e| e.0.abs() / limit))
+        .collect();
+    let good: Vec<f64> = sizes.iter().copied().filter(|x| *x < 5.0).collect();
+    let score = Score {
+        rms: rms(&good),
+        median: quantile(&sizes, 0.5) / 0.6745,
+        failed: 1.0 - good.len() as f64 / sizes.len() as f64,
+    };
     println!(
-        "({P},{Q}): bound {:.2} % of the damping ratio; rms/bound {all:.3}, by the median {median:.3}, {seeds} seeds",
-        100.0 * limit / ZETA
+        "| ({P},{Q}) | {samples} | {seeds} | {:.1} | {:.2} | {:.2} | {:.1} |",
+        100.0 * limit / ZETA,
+        score.rms,
+        score.median,
+        100.0 * score.failed
     );
-    (all, median)
+    score
+}
+
+fn header() {
+    println!("| order | samples | seeds | bound % of ζ | rms/bound | median/bound | failed % |");
+    println!("|---|---|---|---|---|---|---|");
 }
 
 #[test]
 fn one_mode_reaches_the_bound() {
     let thumb = (ZETA / (TAU * F * SAMPLES as f64 / FS)).sqrt();
-    let sizes: Vec<f64> = errors::<2, 1, 3>(40).iter().map(|e| e.0).collect();
+    let sizes: Vec<f64> = errors::<2, 1, 3>(SAMPLES, 40)
+        .iter()
+        .map(|e| e.expect("one mode").0)
+        .collect();
     let ratio = rms(&sizes) / thumb;
     println!("(2,1), 40 seeds: rms error over sqrt(ζ/2πfT) {ratio:.3}");
     assert!((0.7..1.25).contains(&ratio), "{ratio}");
-    // More seeds, the exact bound, and closer.
-    let (ratio, _) = against_the_bound::<2, 1, 3>(400);
-    assert!((0.9..1.12).contains(&ratio), "{ratio}");
+    // The exact bound, more seeds, and a longer time, in which the start-up counts
+    // for less.
+    header();
+    for (samples, seeds, high) in [(SAMPLES, 400, 1.3), (10 * SAMPLES, 100, 1.25)] {
+        let score = against_the_bound::<2, 1, 3>(samples, seeds);
+        assert_eq!(score.failed, 0.0);
+        assert!((0.85..high).contains(&score.rms), "{}", score.rms);
+    }
 }
 
 #[test]
 fn stated_uncertainty_covers_the_truth() {
-    let errors = errors::<2, 1, 3>(400);
-    let inside = errors.iter().filter(|(e, sd)| e.abs() <= 1.96 * sd).count();
-    let coverage = inside as f64 / errors.len() as f64;
+    let errors = errors::<2, 1, 3>(SAMPLES, 400);
+    let inside = |e: &&Option<(f64, f64)>| e.is_some_and(|(e, sd)| e.abs() <= 1.96 * sd);
+    let coverage = errors.iter().filter(inside).count() as f64 / errors.len() as f64;
     println!("(2,1): ±1.96 sd covers {coverage:.3} of 400 seeds");
     assert!((0.88..=0.99).contains(&coverage), "{coverage}");
 }
@@ -120,32 +157,31 @@ fn forgetting_scatters_as_its_memory_predicts() {
     let scatter = rms(&off.iter().map(|x| x - mean).collect::<Vec<_>>()) / limit;
     covered /= off.len() as f64;
     println!(
-        "(2,1), λ = {lambda}: bound {:.1} %, scatter/bound {scatter:.3}, bias {:.2} %, ±1.96 sd covers {covered:.3} of {}",
+        "(2,1), λ = {lambda}: bound {:.1} %, scatter/bound {scatter:.3}, bias {:.1} % of ζ, ±1.96 sd covers {covered:.3} of {}",
         100.0 * limit / ZETA,
         100.0 * mean / ZETA,
         off.len()
     );
     assert!((0.75..1.35).contains(&scatter), "{scatter}");
     assert!((0.85..=0.99).contains(&covered), "{covered}");
+    // A short memory reads damping a little too high, as every estimator does.
+    assert!((-0.02..0.10).contains(&(mean / ZETA)), "{mean}");
 }
 
 #[test]
 fn several_modes_stay_near_the_bound() {
-    let (two, two_median) = against_the_bound::<4, 3, 7>(200);
-    let (three, three_median) = against_the_bound::<6, 5, 11>(200);
-    let (four, four_median) = against_the_bound::<8, 7, 15>(200);
-    // Measured bounds.
-    for (ratio, low, high) in [
-        (two, 0.7, 99.0),
-        (two_median, 0.7, 99.0),
-        (three, 0.7, 99.0),
-        (three_median, 0.7, 99.0),
-        (four, 0.7, 99.0),
-        (four_median, 0.7, 99.0),
+    header();
+    for (score, rms, median, failed) in [
+        (against_the_bound::<4, 3, 7>(SAMPLES, 200), 1.5, 1.4, 0.02),
+        (against_the_bound::<6, 5, 11>(SAMPLES, 200), 1.6, 1.4, 0.06),
+        (against_the_bound::<8, 7, 15>(SAMPLES, 200), 1.8, 1.8, 0.06),
     ] {
+        assert!((0.8..rms).contains(&score.rms), "rms {}", score.rms);
         assert!(
-            (low..high).contains(&ratio),
-            "{ratio} is not in {low}..{high}"
+            (0.7..median).contains(&score.median),
+            "median {}",
+            score.median
         );
+        assert!(score.failed <= failed, "{} failed", score.failed);
     }
 }

@@ -1,5 +1,5 @@
 //! Promise: the firmware image on the emulated Cortex-M4F calls what the host calls,
-//! within 20 ms, and its numbers are those of the host to within rounding.
+//! within 20 ms, and its numbers are those of the host to the bit.
 //!
 //! The image is the one that `RARMA_TARGET_ELF` names.
 
@@ -59,19 +59,13 @@ struct Largest {
     alarm_s: f64,
 }
 
-/// Both run; same lines, same alarms; how far the numbers are apart.
-fn compare(name: &str, elf: &Path, recording: &Recording, job: &MonitorJob) -> (Run, Largest) {
+/// Both run: the same lines and the same alarms. How far the numbers are apart is
+/// printed before anything is asserted, for the day on which they differ.
+fn compare(name: &str, elf: &Path, recording: &Recording, job: &MonitorJob) -> Run {
     let host = commands::listen(job, recording.samples_f32(), |_| {}).expect("a run on the host");
     let chip = commands::on_chip(elf, job, recording).unwrap_or_else(|why| panic!("{name}: {why}"));
-    assert_eq!(chip.lines.len(), host.lines.len(), "{name}");
-    assert_eq!(chip.summary.samples, host.summary.samples, "{name}");
-    assert_eq!(chip.summary.order, host.summary.order, "{name}");
     let mut largest = Largest::default();
     for (c, h) in chip.lines.iter().zip(&host.lines) {
-        assert_eq!(c.t, h.t, "{name}");
-        if c.modes.len() != h.modes.len() {
-            continue;
-        }
         for (c, h) in c.modes.iter().zip(&h.modes) {
             largest.modes += 1;
             let difference = |get: fn(&ModeRecord) -> f64| (get(c) - get(h)).abs();
@@ -80,37 +74,36 @@ fn compare(name: &str, elf: &Path, recording: &Recording, job: &MonitorJob) -> (
         }
     }
     let (c, h) = (&chip.summary.alarms, &host.summary.alarms);
-    assert_eq!(
-        c.len(),
-        h.len(),
-        "{name}: {c:?} on the chip, {h:?} on the host"
-    );
     for (c, h) in c.iter().zip(h) {
         let off = match (c.off, h.off) {
             (Some(c), Some(h)) => (c - h).abs(),
             (None, None) => 0.0,
-            _ => panic!("{name}: released on one side only: {c:?} and {h:?}"),
+            _ => f64::INFINITY,
         };
         largest.alarm_s = largest.alarm_s.max((c.on - h.on).abs()).max(off);
     }
-    let same = chip
-        .lines
-        .iter()
-        .zip(&host.lines)
-        .filter(|(c, h)| c == h)
-        .count();
+    let pairs = chip.lines.iter().zip(&host.lines);
+    let same = pairs.filter(|(c, h)| c == h).count();
     println!(
         "{name}: {same} of {} lines identical; {largest:?}",
         host.lines.len()
     );
+    assert_eq!(
+        c.len(),
+        h.len(),
+        "{name}: alarms {c:?} on the chip, {h:?} on the host"
+    );
     assert!(largest.alarm_s <= ALARM_S, "{name}: {largest:?}");
     assert!(
-        largest.modes * 2 > host.lines.len(),
-        "{name}: nothing was compared: {largest:?}"
+        2 * largest.modes > host.lines.len(),
+        "{name}: little to compare: {largest:?}"
     );
-    assert!(largest.frequency < 1e9, "{name}: {largest:?}");
-    assert!(largest.damping < 1e9, "{name}: {largest:?}");
-    (chip, largest)
+    // One source, one arithmetic: single precision rounds alike on both. If this
+    // fails, image and host were built from different sources, or an operation has
+    // been fused or widened on one side.
+    assert_eq!(same, host.lines.len(), "{name}: {largest:?}");
+    assert_eq!(chip.summary, host.summary, "{name}");
+    chip
 }
 
 #[test]
@@ -119,7 +112,7 @@ fn start_of_the_demonstration() {
         return;
     };
     let (recording, config) = demo_cut(3.0);
-    let (chip, _) = compare("demonstration, 3 s", &elf, &recording, &job(config));
+    let chip = compare("demonstration, 3 s", &elf, &recording, &job(config));
     assert_eq!(chip.lines.len(), 300);
     assert!(chip.summary.alarms.is_empty(), "{:?}", chip.summary.alarms);
 }
@@ -153,7 +146,7 @@ fn real_recordings() {
             teeth: known.meta["teeth"].as_u64().map(|z| z as u32),
             ..MonitorConfig::new(known.recording.fs)
         };
-        let (chip, _) = compare(name, &elf, &known.recording, &job(config));
+        let chip = compare(name, &elf, &known.recording, &job(config));
         assert_eq!(chip.summary.alarms.len(), alarms, "{name}");
     }
 }

@@ -4,9 +4,12 @@
 use host_tests::resources::{Known, shared_or_skip};
 use host_tests::signal;
 use host_tests::statistics::quantile;
-use rarma_core::decide::{AlarmEvent, Mode, State};
+use rarma_core::decide::{AlarmEvent, Mode};
 use rarma_core::monitor::{MonitorConfig, Report};
 use rarma_core::{AnyMonitor, Order, Real};
+
+/// Longest difference of an alarm's time, s.
+const ALARM_S: f64 = 0.02;
 
 /// What one precision said.
 struct Heard {
@@ -148,31 +151,22 @@ fn chatter_recording() {
     };
     let single = hear::<f32>(&config, &known.recording.samples);
     let double = hear::<f64>(&config, &known.recording.samples);
-    println!(
-        "alarms f32 {:?}\nalarms f64 {:?}",
-        single.alarms, double.alarms
-    );
-    assert_eq!((single.alarms.len(), double.alarms.len()), (2, 2));
-    for (s, d) in single.alarms.iter().zip(&double.alarms) {
-        assert_eq!(s.1, d.1);
-        assert!(
-            (s.0 - d.0).abs() <= 0.02,
-            "alarm at {} s and {} s",
-            s.0,
-            d.0
-        );
-        assert!(
-            (s.2 - d.2).abs() < 1.0,
-            "alarm at {} Hz and {} Hz",
-            s.2,
-            d.2
-        );
-    }
+    let (s, d) = (&single.alarms, &double.alarms);
+    println!("alarms f32 {s:?}\nalarms f64 {d:?}");
     header();
-    let d = compare(&single, &double);
-    let figures = row("hafez chatter (8,7)", &d);
-    assert_bounded("chatter", figures, [1e9; 4]);
-    assert!(d.states < 0.02, "{}", d.states);
+    let differences = compare(&single, &double);
+    let figures = row("hafez chatter (8,7)", &differences);
+    assert_bounded("hafez chatter", figures, [0.2, 20.0, 2e-4, 0.05]);
+    assert!(differences.states < 0.04, "{}", differences.states);
+    assert_eq!((s.len(), d.len()), (2, 2));
+    for (s, d) in s.iter().zip(d) {
+        assert_eq!(s.1, d.1);
+        let (late, apart) = ((s.0 - d.0).abs(), (s.2 - d.2).abs());
+        assert!(late <= ALARM_S, "alarm at {} s and {} s", s.0, d.0);
+        // At the call the mode is still moving; at the release it is the mean.
+        let allowed = if s.1 { 6.0 } else { 0.5 };
+        assert!(apart <= allowed, "alarm at {} Hz and {} Hz", s.2, d.2);
+    }
 }
 
 #[test]
@@ -181,11 +175,7 @@ fn three_modes_of_known_damping() {
     let modes = signal::modes(&[(600.0, 0.03), (900.0, 0.02), (1900.0, 0.025)], fs, 4);
     let samples: Vec<f64> = modes.map(|x| 0.1 * x).take(20 * 8000).collect();
     header();
-    for (order, bounds) in [
-        (Order::O21, [1e9; 4]),
-        (Order::O65, [1e9; 4]),
-        (Order::O87, [1e9; 4]),
-    ] {
+    let rows = [Order::O21, Order::O65, Order::O87].map(|order| {
         let config = MonitorConfig {
             order,
             ..MonitorConfig::new(fs)
@@ -194,11 +184,16 @@ fn three_modes_of_known_damping() {
         let double = hear::<f64>(&config, &samples);
         assert!(single.alarms.is_empty() && double.alarms.is_empty());
         let name = format!("three modes ({},{})", order.p(), order.q());
-        let d = compare(&single, &double);
-        let figures = row(&name, &d);
+        let differences = compare(&single, &double);
+        let figures = row(&name, &differences);
+        (name, figures, differences.states)
+    });
+    for ((name, figures, states), bounds) in rows.into_iter().zip([
+        [0.6, 25.0, 5e-4, 0.025],
+        [0.3, 180.0, 2e-4, 0.1],
+        [5.2, 110.0, 4.2e-3, 0.27],
+    ]) {
         assert_bounded(&name, figures, bounds);
-        assert!(d.states < 0.02, "{}", d.states);
-        let last = single.reports.last().expect("reports");
-        assert_eq!(last.state, State::Stable);
+        assert!(states < 0.05, "{name}: {states}");
     }
 }
