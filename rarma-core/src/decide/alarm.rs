@@ -153,6 +153,8 @@ pub enum AlarmEvent<T> {
 pub struct Alarm<T> {
     config: AlarmConfig<T>,
     standing: Option<Standing<T>>,
+    /// The alarm before, and for how long it is still remembered, s.
+    before: Option<(Standing<T>, T)>,
 }
 
 /// Memory of the mean amplitude while an alarm stands, s.
@@ -162,12 +164,22 @@ const EXPLAINED_S: f64 = 1.0;
 /// The alarm's mode may jump this far (relative) to another place and is still it.
 const SAME_MODE: f64 = 0.03;
 
+/// After a release, the same mode is called again only if it is louder than what
+/// rings on, for this long, s.
+const AFTERGLOW_S: f64 = 1.0;
+
+/// The mode is where the alarm is.
+fn is_near<T: Real>(alarm: &Standing<T>, mode: &Mode<T>) -> bool {
+    (mode.frequency - alarm.frequency).abs() < alarm.frequency * T::from_f64(SAME_MODE)
+}
+
 impl<T: Real> Alarm<T> {
     /// No alarm.
     pub fn new(config: AlarmConfig<T>) -> Self {
         Self {
             config,
             standing: None,
+            before: None,
         }
     }
 
@@ -184,6 +196,10 @@ impl<T: Real> Alarm<T> {
         may_call: bool,
         period_s: T,
     ) -> AlarmEvent<T> {
+        self.before = self
+            .before
+            .map(|(alarm, left_s)| (alarm, left_s - period_s))
+            .filter(|(_, left_s)| *left_s > T::ZERO);
         match self.standing {
             Some(standing) => self.follow(standing, modes, period_s),
             None if may_call => self.call(modes),
@@ -197,6 +213,7 @@ impl<T: Real> Alarm<T> {
         for (slot, mode) in modes.iter().enumerate() {
             if let Some((mode, suspicion)) = mode
                 && *suspicion >= self.config.confirm_s
+                && !self.is_afterglow(mode)
                 && loudest.is_none_or(|(_, m)| mode.amplitude > m.amplitude)
             {
                 loudest = Some((slot, mode));
@@ -218,6 +235,15 @@ impl<T: Real> Alarm<T> {
             frequency: mode.frequency,
             damping: mode.damping,
         }
+    }
+
+    /// What is left of a vibration that has just been released: the same mode, and
+    /// no louder than when it was called gone.
+    fn is_afterglow(&self, mode: &Mode<T>) -> bool {
+        self.before.is_some_and(|(alarm, _)| {
+            is_near(&alarm, mode)
+                && mode.amplitude < alarm.mean_amplitude * self.config.gone_ratio * T::from_f64(2.0)
+        })
     }
 
     fn follow(
@@ -259,6 +285,7 @@ impl<T: Real> Alarm<T> {
             return AlarmEvent::None;
         }
         self.standing = None;
+        self.before = Some((s, T::from_f64(AFTERGLOW_S)));
         AlarmEvent::Off {
             frequency: s.frequency,
             lowest_damping: s.lowest_damping,
@@ -279,9 +306,7 @@ impl<T: Real> Alarm<T> {
     /// The alarm's mode keeps its place; if that place has gone elsewhere, the
     /// loudest mode close to the alarm's frequency takes over.
     fn locate(&self, s: &Standing<T>, modes: &[Option<(Mode<T>, T)>]) -> usize {
-        let near = |mode: &Mode<T>| {
-            (mode.frequency - s.frequency).abs() < s.frequency * T::from_f64(SAME_MODE)
-        };
+        let near = |mode: &Mode<T>| is_near(s, mode);
         let mut best = s.slot;
         let mut loudness = match modes.get(s.slot) {
             Some(Some((mode, _))) if near(mode) => mode.amplitude,
@@ -428,6 +453,17 @@ mod tests {
         assert!(
             (0.64..0.67).contains(&t) && matches!(event, AlarmEvent::Off { .. }),
             "{t}"
+        );
+        // What rings on is not called again; the same mode at full size is.
+        assert!(bench.alarm.standing().is_none());
+        assert_eq!(
+            bench.feed(&Bench::reading(0.004, 0.8, 0.2), 0.3, true),
+            None
+        );
+        assert!(
+            bench
+                .feed(&Bench::reading(0.004, 0.8, 2.0), 0.2, true)
+                .is_some()
         );
     }
 
