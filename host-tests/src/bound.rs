@@ -1,7 +1,7 @@
 //! The Cramér–Rao bound of an ARMA model: no unbiased estimator scatters less.
 //!
 //! Asymptotic and exact: with e the white noise of A·y = C·e, the gradient of the
-//! prediction error is e(t−i)/A for aᵢ and −e(t−i)/C for cᵢ, J = E[ψψᵀ]/σ² is its
+//! prediction error is e(t−i)/A for aᵢ and −e(t−i)/C for cᵢ, J = E(ψψᵀ)/σ² is its
 //! covariance, and cov(a, c) = J⁻¹/n after n samples. Modes follow by the delta
 //! method. Plain f64, its own root and matrix arithmetic: nothing of the product
 //! is used here.

@@ -239,6 +239,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
         let at_ceiling = self.covariance.forget(
             n,
             self.inverse_lambda,
+            self.turn,
             self.config.d_floor,
             self.config.d_ceiling,
         );

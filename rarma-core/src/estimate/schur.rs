@@ -13,27 +13,46 @@ pub fn inside<T: Real, const N: usize>(c: &[T], radius: T) -> bool {
     let mut a = [T::ZERO; N];
     let inverse = T::ONE / radius;
     let mut power = T::ONE;
-    for i in 0..q {
+    for (scaled, c) in a.iter_mut().zip(c) {
         power *= inverse;
-        a[i] = c[i] * power;
+        *scaled = *c * power;
     }
-    for m in (1..=q).rev() {
-        let k = a[m - 1];
-        let rest = T::ONE - k * k;
-        if !(rest > T::ZERO) || !k.is_finite() {
+    // Written out for the orders of the box, a loop beyond; see `ud`.
+    for m in (17..=q).rev() {
+        if !step_down(&mut a, m) {
             return false;
         }
-        let scale = T::ONE / rest;
-        // a_i ← (a_i − k·a_{m−i})/(1 − k²), pairwise from both ends.
-        let half = (m - 1) / 2;
-        for i in 0..half {
-            let (x, y) = (a[i], a[m - 2 - i]);
-            a[i] = (x - k * y) * scale;
-            a[m - 2 - i] = (y - k * x) * scale;
-        }
-        if (m - 1) % 2 == 1 {
-            a[half] = a[half] * (T::ONE - k) * scale;
-        }
+    }
+    macro_rules! each {
+        ($($m:literal)*) => {
+            $(if $m <= q && $m <= N && !step_down(&mut a, $m) {
+                return false;
+            })*
+        };
+    }
+    each!(16 15 14 13 12 11 10 9 8 7 6 5 4 3 2 1);
+    true
+}
+
+/// From degree m to m − 1: a_i ← (a_i − k·a_{m−i})/(1 − k²) with k = a_m; false if
+/// |k| is not below 1.
+#[inline(always)]
+fn step_down<T: Real, const N: usize>(a: &mut [T; N], m: usize) -> bool {
+    let k = a[m - 1];
+    let rest = T::ONE - k * k;
+    // False for NaN and infinity as well.
+    if !(rest > T::ZERO) {
+        return false;
+    }
+    let scale = T::ONE / rest;
+    let half = (m - 1) / 2;
+    for i in 0..half {
+        let (x, y) = (a[i], a[m - 2 - i]);
+        a[i] = (x - k * y) * scale;
+        a[m - 2 - i] = (y - k * x) * scale;
+    }
+    if (m - 1) % 2 == 1 {
+        a[half] = a[half] * (T::ONE - k) * scale;
     }
     true
 }

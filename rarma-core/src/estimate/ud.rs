@@ -97,23 +97,22 @@ impl<T: Real, const N: usize> UdFactors<T, N> {
         alpha
     }
 
-    /// Forgetting: P ← P/λ, but no diagonal factor is let past `d_max`, and none
-    /// below `d_min`. The ceiling is what stops wind-up when a direction is not
-    /// excited; the floor keeps every factor a normal number of its type.
+    /// Forgetting: P ← P/λ. One diagonal factor a call, `turn`, is then brought into
+    /// `d_min..=d_max`, each in its turn, so that no factor is ever further outside
+    /// than λ⁻ⁿ. The ceiling is what stops wind-up when a direction is not excited;
+    /// the floor keeps every factor a normal number of its type.
     ///
-    /// Returns true if the ceiling held any factor back.
+    /// Returns true if the ceiling held the factor back.
     #[inline(always)]
-    pub fn forget(&mut self, n: usize, inverse_lambda: T, d_min: T, d_max: T) -> bool {
-        let mut limited = false;
+    pub fn forget(&mut self, n: usize, inverse_lambda: T, turn: usize, d_min: T, d_max: T) -> bool {
         for d in &mut self.d[..n] {
-            let grown = *d * inverse_lambda;
-            if grown > d_max {
-                limited = true;
-                *d = d_max;
-            } else {
-                *d = grown.max(d_min);
-            }
+            *d *= inverse_lambda;
         }
+        let Some(d) = self.d[..n].get_mut(turn) else {
+            return false;
+        };
+        let limited = *d > d_max;
+        *d = d.clamp(d_min, d_max);
         limited
     }
 
@@ -234,7 +233,7 @@ mod tests {
             let psi = regressor(k);
             let mut gain = [0.0; N];
             let alpha = ud.measure(N, &psi, r, &mut gain);
-            let _ = ud.forget(N, 1.0 / lambda, 0.0, 1e30);
+            let _ = ud.forget(N, 1.0 / lambda, k % N, 0.0, 1e30);
             ud.spread(k % N, 1e-3);
 
             let pp: [f64; N] = core::array::from_fn(|i| (0..N).map(|j| p[i][j] * psi[j]).sum());
@@ -267,9 +266,10 @@ mod tests {
     fn ceiling_stops_wind_up() {
         let mut ud = UdFactors::<f32, 3>::diagonal(1.0);
         let mut limited = false;
-        for _ in 0..10_000 {
-            limited |= ud.forget(3, 1.0 / 0.99, 1e-20, 1e4);
+        for k in 0..10_000 {
+            limited |= ud.forget(3, 1.0 / 0.99, k % 3, 1e-20, 1e4);
         }
-        assert!(limited && ud.is_definite(3) && ud.d().iter().all(|&d| d <= 1e4));
+        assert!(limited && ud.is_definite(3));
+        assert!(ud.d().iter().all(|&d| (0.99e4..1.04e4).contains(&d)));
     }
 }
