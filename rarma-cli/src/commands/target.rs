@@ -86,7 +86,7 @@ pub fn on_chip(elf: &Path, job: &MonitorJob, recording: &Recording) -> Result<Ru
     }
     if !status.success() {
         return Err(Failure::System(format!(
-            "the image failed ({status}); `cargo fw run {EMULATED_BOARD}` in a folder with job.bin and in.wav shows its log"
+            "the image failed ({status}) before its last frame"
         )));
     }
     collector

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// What is wrong with the signal, if anything; the gravest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Fault {
-    /// A sample was NaN or infinite within the last [`HOLD_S`].
+    /// A sample was NaN, infinite or beyond [`LARGEST`] within the last [`HOLD_S`].
     NotFinite,
     /// Samples were reported missing within the last [`HOLD_S`].
     Missing,
@@ -19,6 +19,9 @@ pub enum Fault {
     Clipped,
 }
 
+/// No sensor gives a larger number, whatever its unit; its square would leave the
+/// range of single precision before long.
+pub const LARGEST: f64 = 1e9;
 /// A fault is held for this long after its last sign, s.
 pub const HOLD_S: f64 = 0.1;
 /// A value that stays the same for this long is no vibration, s.
@@ -34,7 +37,7 @@ pub const CLIP_MEMORY_S: f64 = 0.05;
 /// Counts since the start, for the report.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct HealthCounts {
-    /// NaN or infinite samples.
+    /// NaN, infinite or impossibly large samples.
     pub not_finite: u32,
     /// Samples at or above 0.999 of full scale.
     pub clipped: u32,
@@ -83,7 +86,7 @@ impl<T: Real> Health<T> {
     pub fn admit(&mut self, x: T) -> T {
         self.since_bad = self.since_bad.saturating_add(1);
         self.since_missing = self.since_missing.saturating_add(1);
-        if !x.is_finite() {
+        if !(x.abs() <= T::from_f64(LARGEST)) {
             self.since_bad = 0;
             self.counts.not_finite = self.counts.not_finite.saturating_add(1);
             return self.last;
@@ -152,6 +155,7 @@ mod tests {
         feed(&mut h, 1000, tone);
         assert_eq!(h.fault(), None);
         feed(&mut h, 1, |_| f32::NAN);
+        feed(&mut h, 1, |_| 1e12);
         assert_eq!(h.fault(), Some(Fault::NotFinite));
         feed(&mut h, 790, tone);
         assert_eq!(h.fault(), Some(Fault::NotFinite));
@@ -170,7 +174,7 @@ mod tests {
         h.missing(7);
         assert_eq!(h.fault(), Some(Fault::Missing));
         let counts = h.counts();
-        assert_eq!((counts.not_finite, counts.missing), (1, 7));
+        assert_eq!((counts.not_finite, counts.missing), (2, 7));
         assert!(counts.clipped > 200 && counts.stuck > 50);
     }
 }

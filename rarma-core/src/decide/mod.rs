@@ -9,7 +9,7 @@ mod harmonics;
 mod level;
 mod mode;
 
-pub use alarm::{Alarm, AlarmConfig, AlarmEvent, Reason, Standing, State};
+pub use alarm::{Alarm, AlarmConfig, AlarmEvent, ESTABLISHED_S, Reason, Standing, State};
 pub use harmonics::{LEAST_WIDTH_HZ, Rotation, SPEED_ACCURACY, WIDEST_FRACTION};
 pub use level::{CONTRAST, CUT_RATIO, IdleFinder};
 pub use mode::{Label, Mode, ModeTrack, Reading};

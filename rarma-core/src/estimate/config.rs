@@ -57,7 +57,7 @@ pub struct RarmaConfig<T> {
     /// Samples of pseudo-linear regression before the gradient takes over.
     /// Default 1000; ESTIMATION: a cold start with the filtered gradient fails.
     pub startup_samples: u32,
-    /// Variance of each parameter before the first sample. Default 10.
+    /// Variance of each parameter before the first sample. Default 0.1.
     pub start_variance: T,
     /// Variance of each parameter when the gradient takes over. Default 1.
     pub restart_variance: T,
@@ -89,7 +89,7 @@ impl<T: Real> Default for RarmaConfig<T> {
             settle_samples: 64,
             autoregressive_samples: 320,
             startup_samples: 1000,
-            start_variance: T::from_f64(10.0),
+            start_variance: T::from_f64(0.1),
             restart_variance: T::ONE,
             c_radius: T::from_f64(0.998),
             outlier_ratio: T::from_f64(25.0),

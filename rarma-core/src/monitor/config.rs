@@ -127,7 +127,6 @@ impl MonitorConfig {
             gradient: self.gradient,
             forgetting: T::from_f64(1.0 - 1.0 / memory),
             random_walk: T::from_f64(self.random_walk),
-            start_variance: T::from_f64(0.1),
             variance_gain: T::from_f64(1.0 / memory),
             ..RarmaConfig::default()
         }

@@ -25,7 +25,11 @@ const POWER_TAU_S: f64 = 0.03;
 /// A line at a half or a third of a mode with this part of its power makes the
 /// mode an overtone.
 const OVERTONE_RATIO: f64 = 0.2;
-/// The last verdict outlives the loss of the roots for this long, s.
+/// Part of the band's power that is never taken for explained: a lock-in reads a
+/// line's power to a few percent only.
+const LEAST_REST: f64 = 0.05;
+/// The last roots stand for the present ones for this long while they are searched
+/// for anew, s. They are found within milliseconds.
 const LOST_HOLD_S: f64 = 0.1;
 /// An alarm outlives bad samples for this long, s.
 const ALARM_HOLD_S: f64 = 1.0;
@@ -67,7 +71,6 @@ pub struct Monitor<T, const P: usize, const Q: usize, const N: usize> {
     period_s: T,
     lost: bool,
     lost_s: T,
-    last: (State, Reason),
     fault_s: T,
 }
 
@@ -131,8 +134,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             decision_every,
             period_s: T::from_f64(period_s),
             lost: true,
-            lost_s: T::ZERO,
-            last: (State::Starting, Reason::EstimatorStarting),
+            lost_s: T::from_f64(LOST_HOLD_S),
             fault_s: T::ZERO,
         })
     }
@@ -198,16 +200,17 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
 
     /// Reads the modes and judges them.
     fn decide(&mut self) -> Report<T> {
-        let ready = self.model.ready() && !self.lost;
-        let fault = self.health.fault();
-        self.fault_s = match fault {
-            Some(_) => self.fault_s + self.period_s,
-            None => T::ZERO,
-        };
         self.lost_s = if self.lost {
             self.lost_s + self.period_s
         } else {
             T::ZERO
+        };
+        let lost = self.lost_s > T::from_f64(LOST_HOLD_S);
+        let ready = self.model.ready() && !lost;
+        let fault = self.health.fault();
+        self.fault_s = match fault {
+            Some(_) => self.fault_s + self.period_s,
+            None => T::ZERO,
         };
         let level = self.power.sqrt();
         let told_idle = self
@@ -239,15 +242,9 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
                 (State::Invalid, Reason::Samples(fault))
             }
             _ if !self.model.ready() => (State::Starting, Reason::EstimatorStarting),
-            // The roots are found again within milliseconds: until then the last
-            // verdict stands.
-            _ if self.lost && self.lost_s < T::from_f64(LOST_HOLD_S) => self.last,
-            _ if self.lost && self.alarm.standing().is_none() => {
-                (State::Starting, Reason::RootsLost)
-            }
+            _ if lost && self.alarm.standing().is_none() => (State::Starting, Reason::RootsLost),
             _ => self.alarm.judge(&modes, cutting),
         };
-        self.last = (state, reason);
         Report::new(
             self.samples,
             state,
@@ -322,7 +319,9 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             let Some((reading, here)) = reading else {
                 continue;
             };
-            let rest = (self.power - forced).max(*here);
+            let rest = (self.power - forced)
+                .max(self.power * T::from_f64(LEAST_REST))
+                .max(*here);
             if rest > T::ZERO && reading.harmonic.is_none() {
                 reading.share = *here / rest;
             }
