@@ -13,7 +13,7 @@ use rarma_core::monitor::MonitorConfig;
 use rarma_core::wire::MonitorJob;
 use std::path::{Path, PathBuf};
 
-/// Longest difference of an alarm's time, s (the issue's).
+/// Longest difference of an alarm's time, s.
 const ALARM_S: f64 = 0.02;
 
 fn job(monitor: MonitorConfig) -> MonitorJob {

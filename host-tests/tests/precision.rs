@@ -8,8 +8,11 @@ use rarma_core::decide::{AlarmEvent, Mode, State};
 use rarma_core::monitor::{MonitorConfig, Report};
 use rarma_core::{AnyMonitor, Order, Real};
 
-/// Longest difference of an alarm's time, s.
-const ALARM_S: f64 = 0.02;
+/// Longest difference of an alarm's time between single and double precision, s:
+/// 58 ms were measured. At the call ζ crosses the threshold slowly, so that the
+/// models' own difference decides; host and chip in single precision do not differ
+/// at all (emulated_chip.rs).
+const ALARM_S: f64 = 0.1;
 
 /// What one precision said.
 struct Heard {
@@ -162,7 +165,7 @@ fn chatter_recording() {
     // In the idle parts no mode is loud, and which is loudest is a matter of chance.
     let differences = compare(&single, &double, |state| state == State::Chatter);
     let figures = row("hafez chatter (8,7)", &differences);
-    assert_bounded("hafez chatter", figures, [1.0, 1.0, 1.0, 1.0]);
+    assert_bounded("hafez chatter", figures, [6e-2, 2.0, 5e-5, 4e-3]);
     assert!(differences.states < 0.025, "{}", differences.states);
     assert_eq!((s.len(), d.len()), (2, 2));
     for (s, d) in s.iter().zip(d) {
@@ -195,9 +198,9 @@ fn three_modes_of_known_damping() {
         (name, figures, differences.states)
     });
     for ((name, figures, states), bounds) in rows.into_iter().zip([
-        [0.6, 25.0, 5e-4, 0.025],
-        [0.3, 180.0, 2e-4, 0.1],
-        [5.2, 110.0, 4.2e-3, 0.27],
+        [0.25, 0.9, 1.3e-4, 5e-4],
+        [3e-2, 7.0, 3e-5, 4.5e-3],
+        [0.4, 11.0, 6e-4, 2.5e-2],
     ]) {
         assert_bounded(&name, figures, bounds);
         assert!(states < 0.05, "{name}: {states}");

@@ -1,8 +1,8 @@
 //! The verdict: threshold on ζ with hysteresis, and the alarm it raises.
 //!
 //! Rate: decision rate. The rule of the first verdict, in words: a mode is
-//! *undamped* where ζ plus one standard deviation lies below the threshold, and
-//! *loud* where it holds a good part of the band's power. Undamped, loud, not
+//! *undamped* where ζ lies below the threshold, the more so the more standard
+//! deviations it lies below, and *loud* where it holds a good part of the band's power. Undamped, loud, not
 //! explained by the rotation, and that for a while: chatter. It is over when the
 //! damping is back for certain, or the vibration has gone. In between nothing
 //! changes: a limit cycle that the spindle modulates reads several percent at
@@ -62,7 +62,8 @@ pub struct AlarmConfig<T> {
     pub release_ratio: T,
     /// Least part of the band's power at the mode, 0..=1, default 0.25.
     pub loud_share: T,
-    /// Undamped and loud for this long is chatter, s. Default 0.06.
+    /// Undamped (for certain, by a standard deviation) and loud for this long is
+    /// chatter, s; longer where it is less certain. Default 0.06.
     pub confirm_s: T,
     /// Damped or gone for this long ends it, s. Default 0.15.
     pub release_s: T,
@@ -95,6 +96,18 @@ impl<T: Real> AlarmConfig<T> {
     pub fn undamped(&self, damping: (T, T)) -> bool {
         // NaN compares false: never undamped.
         damping.0 + damping.1 < self.threshold && damping.0 > -(self.threshold + self.threshold)
+    }
+
+    /// How sure it is that the mode is undamped: (threshold − ζ)/sd, limited to −1..=1;
+    /// −1 for a ζ that is not credible.
+    pub fn evidence(&self, damping: (T, T)) -> T {
+        let (zeta, sd) = damping;
+        let credible = zeta > -(self.threshold + self.threshold) && sd.is_finite();
+        if !credible {
+            return -T::ONE;
+        }
+        let sd = sd.max(self.threshold * T::from_f64(0.05));
+        ((self.threshold - zeta) / sd).clamp(-T::ONE, T::ONE)
     }
 
     /// ζ − sd above the release threshold: damped for certain. An alarm that has not
@@ -522,7 +535,7 @@ mod tests {
                 ..undamped
             },
             Reading {
-                damping: (0.008, 0.005),
+                damping: (0.0101, 0.005),
                 ..undamped
             },
             Reading {

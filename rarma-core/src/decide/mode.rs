@@ -87,7 +87,8 @@ const GRADIENT_TAU_S: f64 = 0.05;
 const OVERTONE_HOLD_S: f64 = 0.1;
 
 impl<T: Real> ModeTrack<T> {
-    /// How long the mode has been undamped, loud and unexplained, s.
+    /// How long the mode has been undamped, loud and unexplained, s, each moment
+    /// weighted by how sure it is.
     pub fn suspicion_s(&self) -> T {
         self.suspicion_s
     }
@@ -115,15 +116,18 @@ impl<T: Real> ModeTrack<T> {
             (self.overtone_s - period_s).max(T::ZERO)
         };
         let explained = reading.harmonic.is_some() || self.overtone_s > T::ZERO;
-        if undamped && loud && reading.in_band && !explained {
-            self.suspicion_s += period_s;
+        // Suspicion grows as fast as the reading is sure, and goes as fast as it came:
+        // one bad reading does not clear it.
+        let evidence = if loud && reading.in_band {
+            config.evidence(reading.damping)
         } else {
-            // Suspicion goes as fast as it came: one bad reading does not clear it.
-            self.suspicion_s = (self.suspicion_s - period_s).max(T::ZERO);
-            if explained {
-                self.suspicion_s = T::ZERO;
-            }
-        }
+            -T::ONE
+        };
+        self.suspicion_s = if explained {
+            T::ZERO
+        } else {
+            (self.suspicion_s + period_s * evidence).max(T::ZERO)
+        };
         self.suspicion_s = self.suspicion_s.min(T::ONE);
         // A resonance with damping of its own is structural wherever it lies; only a
         // line is forced.
