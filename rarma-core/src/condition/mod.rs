@@ -11,4 +11,6 @@ mod health;
 pub use band::{Band, BandError, BandFilter, TOP_FRACTION};
 pub use biquad::{Biquad, BiquadState, Pass, ZERO_FRACTION};
 pub use fir::{FirStage, MAX_TAPS, STOP_DB};
-pub use health::{CLIPPED_FRACTION, Fault, HOLD_S, Health, HealthCounts, LARGEST, STUCK_S};
+pub use health::{
+    CLIP_MEMORY_S, CLIPPED_FRACTION, Fault, HOLD_S, Health, HealthCounts, LARGEST, STUCK_S,
+};
