@@ -93,7 +93,7 @@ pub struct IdentifyArgs {
     #[arg(long, value_name = "P,Q", value_parser = any_order)]
     pub order: (usize, usize),
     /// Estimator.
-    #[arg(long, value_enum, default_value_t = Method::Rpem)]
+    #[arg(long, value_enum, default_value_t = Method::Pem)]
     pub method: Method,
     /// What is removed before the fit.
     #[arg(long, value_enum, default_value_t = Detrend::Mean)]
@@ -123,19 +123,48 @@ pub struct DemoArgs {
 /// Estimators of `identify`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Method {
+    /// Prediction error method over the whole series (conditional on its start).
+    Pem,
+    /// Exact Gaussian maximum likelihood, for short series.
+    Ml,
     /// Recursive prediction error method.
     Rpem,
     /// Recursive pseudo-linear regression (extended least squares).
     Rplr,
+    /// Instrumental variables for A, innovations algorithm for C.
+    Iv,
+    /// Burg, autoregressive.
+    Burg,
+    /// Yule–Walker, autoregressive.
+    YuleWalker,
+    /// Least squares, autoregressive.
+    LeastSquares,
+    /// Lattice with geometric-mean reflection coefficients, autoregressive.
+    Lattice,
 }
 
 impl Method {
     /// As it is spelled on the command line and in JSON.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Pem => "pem",
+            Self::Ml => "ml",
             Self::Rpem => "rpem",
             Self::Rplr => "rplr",
+            Self::Iv => "iv",
+            Self::Burg => "burg",
+            Self::YuleWalker => "yule-walker",
+            Self::LeastSquares => "least-squares",
+            Self::Lattice => "lattice",
         }
+    }
+
+    /// Fits A only.
+    pub fn is_autoregressive(self) -> bool {
+        matches!(
+            self,
+            Self::Burg | Self::YuleWalker | Self::LeastSquares | Self::Lattice
+        )
     }
 }
 

@@ -1,28 +1,18 @@
-//! `rarma identify`: one ARMA model of a whole recording.
+//! `rarma identify`: one model of a whole recording.
 
+use super::estimators::{self, IdentifiedMode, Memory};
 use super::monitor::read;
-use crate::args::{Detrend, IdentifyArgs, Method};
+use crate::args::{Detrend, IdentifyArgs};
 use crate::failure::Failure;
-use rarma_core::estimate::{BoundedArma, Gradient, RarmaConfig};
-use rarma_core::spectrum::{FactorTracker, deviation, modal};
+use rarma_core::estimate::batch::{Criteria, Whiteness};
 use serde::Serialize;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Lags of the whiteness test, beyond the parameters.
 const WHITENESS_LAGS: usize = 20;
-
-/// One mode of a model.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct IdentifiedMode {
-    /// Undamped natural frequency, Hz.
-    pub f: f64,
-    /// Standard deviation of it, Hz.
-    pub f_sd: f64,
-    /// Damping ratio.
-    pub zeta: f64,
-    /// Standard deviation of it.
-    pub zeta_sd: f64,
-}
+/// Lags at most.
+const MOST_LAGS: usize = 2 * estimators::MAX_ORDER + WHITENESS_LAGS;
+/// The largest models keep their arrays on the stack.
+const STACK_BYTES: usize = 64 << 20;
 
 /// A model and how good it is: the JSON of `rarma identify`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -39,7 +29,7 @@ pub struct Identified {
     pub a: Vec<f64>,
     /// c₁…c_q of C(q) = 1 + Σ cᵢ q⁻ⁱ.
     pub c: Vec<f64>,
-    /// Variance of the residuals of the final model over the whole recording.
+    /// Innovation variance: the method's own, or that of the residuals.
     pub sigma2: f64,
     /// Mean that was removed.
     pub mean: f64,
@@ -51,11 +41,19 @@ pub struct Identified {
     pub bic: f64,
     /// σ²(n + k)/(n − k).
     pub fpe: f64,
-    /// Probability of residuals this coloured if they are white (Ljung–Box).
+    /// Probability of residuals this coloured if they are white (Ljung–Box); null
+    /// for too few of them.
     pub whiteness_p: Option<f64>,
 }
 
 pub(super) fn main(args: &IdentifyArgs) -> Result<u8, Failure> {
+    if args.method.is_autoregressive() && args.order.1 > 0 {
+        return Err(Failure::Usage(format!(
+            "--method {} fits autoregressive models only: --order must be {},0",
+            args.method.name(),
+            args.order.0
+        )));
+    }
     let recording = read(&args.input)?;
     let file = recording.path.display().to_string();
     let found = identify(&recording.samples, recording.fs, args)
@@ -99,18 +97,29 @@ fn show(m: &Identified) {
     }
 }
 
-/// Fits an ARMA model of any order up to (30,30) to a series.
+/// Fits a model of any order up to (30,30) to a series.
 ///
 /// # Errors
 /// What is wrong with the series, without its name.
 pub fn identify(series: &[f64], fs: f64, args: &IdentifyArgs) -> Result<Identified, String> {
+    std::thread::scope(|scope| {
+        std::thread::Builder::new()
+            .stack_size(STACK_BYTES)
+            .spawn_scoped(scope, || identify_here(series, fs, args))
+            .map_err(|why| format!("no thread for the fit: {why}"))?
+            .join()
+            .map_err(|_| "the fit broke off: a defect of this program".to_owned())?
+    })
+}
+
+fn identify_here(series: &[f64], fs: f64, args: &IdentifyArgs) -> Result<Identified, String> {
     let (p, q) = args.order;
     let k = p + q;
     let n = series.len();
-    if n < 2 * k + 10 {
+    let needed = 2 * k + 10;
+    if n < needed {
         return Err(format!(
-            "end of data: {n} samples are too few for order {p},{q}, which needs at least {} (record longer or choose a lower order)",
-            2 * k + 10
+            "end of data: {n} samples are too few for order {p},{q}, which needs at least {needed} (record longer or choose a lower order)"
         ));
     }
     let (mean, y) = detrended(series, args.detrend);
@@ -119,66 +128,50 @@ pub fn identify(series: &[f64], fs: f64, args: &IdentifyArgs) -> Result<Identifi
     if !(variance > (scale * 1e-12).powi(2)) {
         return Err("whole file: nothing is left once the trend is removed: the series is constant (check the sensor)".to_owned());
     }
-    let mut found = Identified {
+    let memory = Memory {
+        forgetting: args.forgetting,
+        random_walk: args.random_walk,
+    };
+    let (a, c, own_sigma2, modes) = if k == 0 {
+        (Vec::new(), Vec::new(), Some(variance), Vec::new())
+    } else {
+        let model = estimators::fit(args.method, &y, args.order, memory)
+            .map_err(|why| format!("whole file: {why}"))?;
+        let modes = model
+            .modes(fs)
+            .ok_or("whole file: the roots of A were not found")?;
+        (model.a, model.c, model.sigma2, modes)
+    };
+    // The first residuals lack their past: they are left out.
+    let errors = residuals(&y, &a, &c);
+    let used = &errors[p.max(q).min(n / 4)..];
+    let sigma2 = own_sigma2.unwrap_or(used.iter().map(|e| e * e).sum::<f64>() / used.len() as f64);
+    let criteria =
+        Criteria::of(sigma2, n, k).map_err(|why| format!("whole file: criteria: {why}"))?;
+    let lags = k + WHITENESS_LAGS;
+    let whiteness_p = (used.len() >= 4 * lags)
+        .then(|| Whiteness::of::<MOST_LAGS>(used.iter().copied(), lags, k).ok())
+        .flatten()
+        .map(|w| w.probability);
+    Ok(Identified {
         method: args.method.name(),
         order: [p, q],
         fs,
         n,
-        a: Vec::new(),
-        c: Vec::new(),
-        sigma2: variance,
+        a,
+        c,
+        sigma2,
         mean,
-        modes: Vec::new(),
-        aic: 0.0,
-        bic: 0.0,
-        fpe: 0.0,
-        whiteness_p: None,
-    };
-    let mut residuals = y.clone();
-    if let Some(mut model) = BoundedArma::new(p, q, config(args, n)) {
-        for &x in &y {
-            model.update(x);
-        }
-        found.a = model.a().to_vec();
-        found.c = model.c().to_vec();
-        if found.a.iter().chain(&found.c).any(|x| !x.is_finite()) {
-            return Err("whole file: the estimate is not finite".to_owned());
-        }
-        residuals = filtered(&y, &found.a, &found.c);
-        found.modes = modes(&model, p, k, fs).ok_or("whole file: the roots of A were not found")?;
-    }
-    // The first samples lack their past: leave them out of the variance.
-    let from = p.max(q).min(n / 4);
-    let used = &residuals[from..];
-    found.sigma2 = used.iter().map(|e| e * e).sum::<f64>() / used.len() as f64;
-    let (nf, kf) = (n as f64, k as f64);
-    found.aic = nf * found.sigma2.ln() + 2.0 * kf;
-    found.bic = nf * found.sigma2.ln() + kf * nf.ln();
-    found.fpe = found.sigma2 * (nf + kf) / (nf - kf);
-    found.whiteness_p = whiteness(used, k);
-    Ok(found)
-}
-
-/// Settings that suit the length: a short series has no thousand samples to spare
-/// for the start.
-fn config(args: &IdentifyArgs, n: usize) -> RarmaConfig<f64> {
-    let part = |wanted: usize, share: usize| wanted.min(n / share) as u32;
-    RarmaConfig {
-        gradient: match args.method {
-            Method::Rpem => Gradient::Filtered,
-            Method::Rplr => Gradient::Pseudo,
-        },
-        forgetting: args.forgetting,
-        random_walk: args.random_walk,
-        settle_samples: part(64, 40),
-        autoregressive_samples: part(320, 10),
-        startup_samples: part(1000, 4),
-        ..RarmaConfig::default()
-    }
+        modes,
+        aic: criteria.aic,
+        bic: criteria.bic,
+        fpe: criteria.fpe,
+        whiteness_p,
+    })
 }
 
 /// The mean, and the series without its trend.
-fn detrended(series: &[f64], how: Detrend) -> (f64, Vec<f64>) {
+pub(super) fn detrended(series: &[f64], how: Detrend) -> (f64, Vec<f64>) {
     let n = series.len() as f64;
     let mean = series.iter().sum::<f64>() / n;
     match how {
@@ -201,7 +194,7 @@ fn detrended(series: &[f64], how: Detrend) -> (f64, Vec<f64>) {
 }
 
 /// Residuals e = A/C·y of a fixed model, from rest.
-fn filtered(y: &[f64], a: &[f64], c: &[f64]) -> Vec<f64> {
+pub(super) fn residuals(y: &[f64], a: &[f64], c: &[f64]) -> Vec<f64> {
     let mut e: Vec<f64> = Vec::with_capacity(y.len());
     for (t, &x) in y.iter().enumerate() {
         let past = |v: &[f64], i: usize| if t > i { v[t - 1 - i] } else { 0.0 };
@@ -210,48 +203,4 @@ fn filtered(y: &[f64], a: &[f64], c: &[f64]) -> Vec<f64> {
         e.push(x + ar - ma);
     }
     e
-}
-
-/// Modes of the model with their uncertainty; none if the roots are not found.
-fn modes(model: &BoundedArma<f64>, p: usize, n: usize, fs: f64) -> Option<Vec<IdentifiedMode>> {
-    if p == 0 {
-        return Some(Vec::new());
-    }
-    let mut roots = FactorTracker::<f64, 30>::new();
-    roots.solve(model.a(), 2000)?;
-    let (covariance, scale) = model.covariance();
-    let mut modes: Vec<IdentifiedMode> = roots
-        .factors(p)
-        .iter()
-        .filter_map(|factor| {
-            let mode = modal(factor, fs)?;
-            let sd = deviation(model.a(), n, factor, fs, covariance, scale)?;
-            Some(IdentifiedMode {
-                f: mode.frequency,
-                f_sd: sd.frequency,
-                zeta: mode.damping,
-                zeta_sd: sd.damping,
-            })
-        })
-        .collect();
-    modes.sort_by(|x, y| x.f.total_cmp(&y.f));
-    Some(modes)
-}
-
-/// Ljung–Box: Q = n(n+2) Σ r_k²/(n−k), chi-squared with lags − k degrees of freedom.
-fn whiteness(e: &[f64], parameters: usize) -> Option<f64> {
-    let n = e.len();
-    let lags = parameters + WHITENESS_LAGS;
-    if n < 4 * lags {
-        return None;
-    }
-    let power: f64 = e.iter().map(|x| x * x).sum();
-    let mut q = 0.0;
-    for k in 1..=lags {
-        let r = e[k..].iter().zip(e).map(|(x, y)| x * y).sum::<f64>() / power;
-        q += r * r / (n - k) as f64;
-    }
-    q *= n as f64 * (n as f64 + 2.0);
-    let distribution = ChiSquared::new(WHITENESS_LAGS as f64).ok()?;
-    Some(distribution.sf(q))
 }

@@ -1,11 +1,13 @@
 //! One file per command.
 
 mod demo;
+mod estimators;
 mod identify;
 mod monitor;
 mod show;
 mod target;
 
+pub use estimators::IdentifiedMode;
 pub use identify::{Identified, identify};
 pub use monitor::{job, listen};
 pub use target::on_chip;

@@ -1,10 +1,11 @@
-//! Models from samples: recursive ARMA.
+//! Models from samples: recursive ARMA, and batch fits of a whole series.
 //!
 //! Words: *innovation*, the one-step prediction error e; *gradient* ψ, minus its
 //! derivative by the parameters; *forgetting* λ, the weight of a sample relative
 //! to the next; *random walk*, the variance by which parameters are allowed to
 //! wander between samples.
 
+pub mod batch;
 mod bounded;
 mod config;
 mod rarma;

@@ -1,0 +1,64 @@
+//! Models from a whole series at once.
+//!
+//! Rate: slow path, on the host or once per command; everything works on borrowed
+//! slices with arrays of a capacity given as a const generic (`N` ≥ p + q) and the
+//! order as a value. Nothing allocates, nothing panics; every refusal names its
+//! cause ([`FitError`]). Pass series with their mean removed ([`mean`]).
+//!
+//! * autoregressive: [`yule_walker`], [`burg`], [`geometric_lattice`],
+//!   [`covariance`], [`modified_covariance`], and [`instrumental_variables`] for
+//!   the autoregressive part of an ARMA model;
+//! * moving average: [`innovations_algorithm`];
+//! * ARMA: [`Pem`], conditional prediction error, for records; [`Ml`], exact
+//!   likelihood, for short series;
+//! * what is possible: [`Bound`]; which order: [`Criteria`]; is anything left over:
+//!   [`Whiteness`].
+//!
+//! Words: *residual*, the one-step prediction error of the fitted model;
+//! *reflection coefficient*, the last coefficient of the model of each order;
+//! *instrument*, a signal correlated with the output but not with the noise.
+
+mod ar;
+mod bound;
+mod criteria;
+mod delta;
+mod error;
+mod fit;
+mod kalman;
+mod lattice;
+mod levenberg;
+mod ml;
+mod moving_average;
+mod pem;
+mod polynomial;
+mod prediction;
+mod regression;
+mod series;
+mod starts;
+mod triangle;
+mod whiteness;
+
+#[cfg(test)]
+mod ar_tests;
+#[cfg(test)]
+mod arma_tests;
+#[cfg(test)]
+mod bench;
+
+pub use ar::{ArFit, yule_walker};
+pub use bound::Bound;
+pub use criteria::Criteria;
+pub use delta::PoleDeviation;
+pub use error::FitError;
+pub use fit::ArmaFit;
+pub use lattice::{burg, geometric_lattice};
+pub use ml::{Likelihood, Ml, MlConfig, likelihood};
+pub use moving_average::{MaFit, innovations_algorithm};
+pub use pem::{Pem, PemConfig};
+pub use prediction::Residuals;
+pub use regression::{covariance, instrumental_variables, modified_covariance};
+pub use series::mean;
+pub use whiteness::Whiteness;
+
+/// Longest autoregression that stands in for an ARMA model at a start.
+const LONGEST_AR: usize = 256;
