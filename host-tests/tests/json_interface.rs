@@ -1,5 +1,5 @@
 //! Promise: `rarma monitor --json` and `rarma identify --json` say what
-//! ARCHITECTURE.md lists, field by field, and nothing else.
+//! docs/interfaces.md lists, field by field, and nothing else.
 
 use host_tests::bound::Bound;
 use host_tests::files::Folder;

@@ -10,7 +10,7 @@ use host_tests::resources::{Known, shared_or_skip};
 use serde_json::Value;
 use std::path::Path;
 
-/// Where the chatter is, ± what the issue allows, Hz.
+/// Where the chatter is, ± what is allowed, Hz.
 const CHATTER_HZ: (f64, f64) = (898.0, 6.0);
 
 fn hear(file: &Path, options: &str) -> (Ended, Vec<Value>, Value) {

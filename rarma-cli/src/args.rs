@@ -30,6 +30,10 @@ pub enum Command {
     Target(MonitorArgs),
     /// Fit one ARMA model to a whole recording.
     Identify(IdentifyArgs),
+    /// Fit candidate orders and say which a criterion chooses.
+    Order(OrderArgs),
+    /// Power spectral density of a recording.
+    Psd(PsdArgs),
     /// Let the virtual machine tool cut into chatter and monitor it through the
     /// simulated hardware.
     Demo(DemoArgs),
@@ -107,6 +111,82 @@ pub struct IdentifyArgs {
     /// One JSON object on standard output.
     #[arg(long)]
     pub json: bool,
+}
+
+/// Options of `order`.
+#[derive(Debug, Clone, Args)]
+pub struct OrderArgs {
+    /// The recording.
+    #[command(flatten)]
+    pub input: InputArgs,
+    /// Largest p; candidates are (p, p-1) and (p, p).
+    #[arg(long, value_name = "P", default_value_t = 10,
+          value_parser = |text: &str| text.parse::<usize>().ok().filter(|p| (1..=30).contains(p)).ok_or("must lie between 1 and 30"))]
+    pub max: usize,
+    /// What chooses.
+    #[arg(long, value_enum, default_value_t = Criterion::Bic)]
+    pub criterion: Criterion,
+    /// One JSON object on standard output.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Options of `psd`.
+#[derive(Debug, Clone, Args)]
+pub struct PsdArgs {
+    /// The recording.
+    #[command(flatten)]
+    pub input: InputArgs,
+    /// Estimator.
+    #[arg(long, value_enum)]
+    pub method: PsdMethod,
+    /// Orders of A and C for a model, 0 to 30 each.
+    #[arg(long, value_name = "P,Q", value_parser = any_order)]
+    pub order: Option<(usize, usize)>,
+    /// At this one frequency in Hz instead of on a grid.
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    pub at: Option<f64>,
+    /// One JSON object on standard output.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Criteria of `order`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Criterion {
+    /// Akaike.
+    Aic,
+    /// Akaike, corrected for short series.
+    Aicc,
+    /// Schwarz.
+    Bic,
+    /// Final prediction error.
+    Fpe,
+}
+
+impl Criterion {
+    /// As it is spelled on the command line and in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Aic => "aic",
+            Self::Aicc => "aicc",
+            Self::Bic => "bic",
+            Self::Fpe => "fpe",
+        }
+    }
+}
+
+/// Estimators of `psd`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum PsdMethod {
+    /// Squared Fourier transform of the whole recording.
+    Periodogram,
+    /// Mean over half-overlapping stretches under a Hann window.
+    Welch,
+    /// Autoregressive model (Burg); needs --order P,0.
+    Ar,
+    /// ARMA model (prediction error); needs --order P,Q.
+    Arma,
 }
 
 /// Options of `demo`.

@@ -102,10 +102,17 @@ fn show(m: &Identified) {
 /// # Errors
 /// What is wrong with the series, without its name.
 pub fn identify(series: &[f64], fs: f64, args: &IdentifyArgs) -> Result<Identified, String> {
+    with_stack(|| identify_here(series, fs, args))
+}
+
+/// Runs a fit on a thread with room for the largest models.
+pub(super) fn with_stack<V: Send>(
+    fit: impl FnOnce() -> Result<V, String> + Send,
+) -> Result<V, String> {
     std::thread::scope(|scope| {
         std::thread::Builder::new()
             .stack_size(STACK_BYTES)
-            .spawn_scoped(scope, || identify_here(series, fs, args))
+            .spawn_scoped(scope, fit)
             .map_err(|why| format!("no thread for the fit: {why}"))?
             .join()
             .map_err(|_| "the fit broke off: a defect of this program".to_owned())?
@@ -193,10 +200,14 @@ pub(super) fn detrended(series: &[f64], how: Detrend) -> (f64, Vec<f64>) {
     }
 }
 
-/// Residuals e = A/C·y of a fixed model, from rest.
+/// Residuals e = A/C·y of a fixed model, conditional on its start: the first p are 0.
 pub(super) fn residuals(y: &[f64], a: &[f64], c: &[f64]) -> Vec<f64> {
     let mut e: Vec<f64> = Vec::with_capacity(y.len());
     for (t, &x) in y.iter().enumerate() {
+        if t < a.len() {
+            e.push(0.0);
+            continue;
+        }
         let past = |v: &[f64], i: usize| if t > i { v[t - 1 - i] } else { 0.0 };
         let ar: f64 = a.iter().enumerate().map(|(i, a)| a * past(y, i)).sum();
         let ma: f64 = c.iter().enumerate().map(|(i, c)| c * past(&e, i)).sum();

@@ -4,12 +4,16 @@ mod demo;
 mod estimators;
 mod identify;
 mod monitor;
+mod order;
+mod psd;
 mod show;
 mod target;
 
 pub use estimators::IdentifiedMode;
 pub use identify::{Identified, identify};
 pub use monitor::{job, listen};
+pub use order::{Candidate, candidates};
+pub use psd::{Density, density};
 pub use target::on_chip;
 
 use crate::args::{Cli, Command};
@@ -24,6 +28,8 @@ pub fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Monitor(args) => monitor::main(args),
         Command::Target(args) => target::main(args),
         Command::Identify(args) => identify::main(args),
+        Command::Order(args) => order::main(args),
+        Command::Psd(args) => psd::main(args),
         Command::Demo(args) => demo::main(args),
     }
 }

@@ -55,7 +55,7 @@ pub struct RarmaConfig<T> {
     /// diverge; C joins with residuals that mean something. Default 320.
     pub autoregressive_samples: u32,
     /// Samples of pseudo-linear regression before the gradient takes over.
-    /// Default 1000; ESTIMATION: a cold start with the filtered gradient fails.
+    /// Default 1000; a cold start with the filtered gradient fails (docs/decisions/0003).
     pub startup_samples: u32,
     /// Variance of each parameter before the first sample. Default 0.1.
     pub start_variance: T,
