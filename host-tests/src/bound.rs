@@ -87,34 +87,11 @@ impl Bound {
         }
     }
 
-    /// Of sampled modal noise: A from its poles, C from its autocovariance.
+    /// Of sampled modal noise.
     #[must_use]
     pub fn of_modes(noise: &ModalNoise) -> Self {
-        let mut a = vec![1.0];
-        for pole in noise.true_poles() {
-            let factor = [1.0, -2.0 * pole.re, pole.re * pole.re + pole.im * pole.im];
-            let mut next = vec![0.0; a.len() + 2];
-            for (i, x) in a.iter().enumerate() {
-                for (j, y) in factor.iter().enumerate() {
-                    next[i + j] += x * y;
-                }
-            }
-            a = next;
-        }
-        let (p, q) = noise.arma_order();
-        let r = noise.autocovariance(p + q);
-        let moving: Vec<f64> = (0..=q)
-            .map(|k| {
-                let mut sum = 0.0;
-                for (i, x) in a.iter().enumerate() {
-                    for (j, y) in a.iter().enumerate() {
-                        sum += x * y * r[(k + i).abs_diff(j)];
-                    }
-                }
-                sum
-            })
-            .collect();
-        Self::of(&a[1..], &spectral_factor(&moving))
+        let (a, c) = model_of(noise);
+        Self::of(&a, &c)
     }
 
     /// Least standard deviation of parameter `i` of (a, c) after `n` samples.
@@ -162,6 +139,37 @@ impl Bound {
             damping: form(|x| x.1),
         }
     }
+}
+
+/// Coefficients a and c, without the leading 1, of sampled modal noise: A from its
+/// poles, C from its autocovariance.
+#[must_use]
+pub fn model_of(noise: &ModalNoise) -> (Vec<f64>, Vec<f64>) {
+    let mut a = vec![1.0];
+    for pole in noise.true_poles() {
+        let factor = [1.0, -2.0 * pole.re, pole.re * pole.re + pole.im * pole.im];
+        let mut next = vec![0.0; a.len() + 2];
+        for (i, x) in a.iter().enumerate() {
+            for (j, y) in factor.iter().enumerate() {
+                next[i + j] += x * y;
+            }
+        }
+        a = next;
+    }
+    let (p, q) = noise.arma_order();
+    let r = noise.autocovariance(p + q);
+    let moving: Vec<f64> = (0..=q)
+        .map(|k| {
+            let mut sum = 0.0;
+            for (i, x) in a.iter().enumerate() {
+                for (j, y) in a.iter().enumerate() {
+                    sum += x * y * r[(k + i).abs_diff(j)];
+                }
+            }
+            sum
+        })
+        .collect();
+    (a.split_off(1), spectral_factor(&moving))
 }
 
 /// The stable C whose moving average has these autocovariances: the rows of the

@@ -1,5 +1,5 @@
-//! What a test needs and a machine may lack: the real recordings, and the image
-//! for the emulated chip.
+//! What a test needs and a machine may lack: the real recordings, the published
+//! series, and the image for the emulated chip.
 //!
 //! A test without them says so on standard error and ends; where
 //! `RARMA_REQUIRE_SHARED=1` or `RARMA_REQUIRE_TARGET=1` is set (as `.ci/run` does)
@@ -16,6 +16,23 @@ use std::path::{Path, PathBuf};
 pub fn shared() -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/recordings");
     path.is_dir().then_some(path)
+}
+
+/// Folder of the published series that the project shares, if it is there.
+#[must_use]
+pub fn series() -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/arma_reference");
+    path.is_dir().then_some(path)
+}
+
+/// [`series`]; without it, a loud line that names the test.
+///
+/// # Panics
+/// The folder is missing and `RARMA_REQUIRE_SHARED` is `1`.
+#[must_use]
+pub fn series_or_skip(test: &str) -> Option<PathBuf> {
+    let why = "the folder ../shared/data/arma_reference is missing";
+    found(series(), test, why, required("RARMA_REQUIRE_SHARED"))
 }
 
 /// The image for the emulated chip that `RARMA_TARGET_ELF` names.

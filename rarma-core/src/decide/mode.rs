@@ -2,7 +2,7 @@
 //!
 //! Rate: decision rate.
 
-use super::alarm::AlarmConfig;
+use super::config::AlarmConfig;
 use crate::real::Real;
 use serde::{Deserialize, Serialize};
 
