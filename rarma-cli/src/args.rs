@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 /// Listens to machine tools: operational damping of a cut, at every sample.
 #[derive(Debug, Parser)]
-#[command(name = "rarma", version, about, after_help = EXIT_CODES)]
+#[command(name = "rarma", version, about = "Listens to machine tools: the operational damping of a cut, at every sample", after_help = EXIT_CODES)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
