@@ -15,7 +15,7 @@ use std::path::Path;
 /// Parameters, or states of the likelihood, at most.
 const N: usize = 20;
 /// Where a file states none (figures of search programs, given to twelve digits but
-/// searched to fewer): the four decimals that statsmodels compares the same figures to.
+/// searched to fewer): no tolerance is stated with them, and four decimals are asked for here.
 const OF_A_SEARCH: f64 = 1e-4;
 /// Cases that are models; one more is an autocovariance.
 const MODELS: usize = 31;
