@@ -113,6 +113,7 @@ pub struct RecursiveArma<T, const P: usize, const Q: usize, const N: usize> {
     weight: T,
     weight2: T,
     count: u32,
+    /// Factor whose turn it is to be held in range and, with a random walk, spread.
     turn: usize,
 }
 
@@ -246,8 +247,8 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
         if self.config.random_walk > T::ZERO {
             let share = self.config.random_walk * T::from_u32(n as u32);
             self.covariance.spread(self.turn, share);
-            self.turn = if self.turn + 1 >= n { 0 } else { self.turn + 1 };
         }
+        self.turn = if self.turn + 1 >= n { 0 } else { self.turn + 1 };
         if limit.is_none() && outlier {
             limit = Some(Limit::Outlier);
         }

@@ -122,3 +122,28 @@ fn moving_average_alone_is_found() {
     }
     assert!((model.c()[0] - 0.5).abs() < 0.03 && (model.c()[1] + 0.3).abs() < 0.03);
 }
+
+#[test]
+fn every_covariance_factor_is_held_while_nothing_moves() {
+    // Without excitation forgetting alone would pass the range of f32 within 60 000
+    // samples. A step of one turn is let through before a factor is held again.
+    let config = RarmaConfig {
+        forgetting: 0.998,
+        ..RarmaConfig::default()
+    };
+    let mut model = Arma87::<f32>::new(config);
+    for y in series(3000) {
+        model.update(y as f32);
+    }
+    let mut held = 0;
+    for _ in 0..200_000 {
+        let step = model.update(0.0);
+        held += u32::from(step.status == Status::Limiting(Limit::Covariance));
+    }
+    assert!(held > 100_000, "the ceiling was reported {held} times");
+    assert!(model.covariance().is_definite(15));
+    let most = config.d_ceiling * config.forgetting.powi(-16);
+    for d in model.covariance().d() {
+        assert!((100.0..=most).contains(d), "factor {d} against {most}");
+    }
+}
