@@ -2,11 +2,11 @@
 //!
 //! Rate: decision rate. The rule of the first verdict, in words: a mode is
 //! *undamped* where ζ lies below the threshold, the more so the more standard
-//! deviations it lies below, and *loud* where it holds a good part of the band's power. Undamped, loud, not
-//! explained by the rotation, and that for a while: chatter. It is over when the
-//! damping is back for certain, or the vibration has gone. In between nothing
-//! changes: a limit cycle that the spindle modulates reads several percent at
-//! times, and is chatter all the same.
+//! deviations it lies below, and *loud* where it holds a good part of the band's
+//! power. Undamped, loud, not explained by the rotation, and that for a while:
+//! chatter. It is over when the damping is back for certain, or the vibration has
+//! gone. In between nothing changes: a limit cycle that the spindle modulates reads
+//! several percent at times, and is chatter all the same.
 
 use super::config::AlarmConfig;
 use super::mode::{Label, Mode};
@@ -134,6 +134,11 @@ impl<T: Real> Alarm<T> {
             standing: None,
             before: None,
         }
+    }
+
+    /// The settings of the verdict.
+    pub fn config(&self) -> &AlarmConfig<T> {
+        &self.config
     }
 
     /// The alarm that stands, if one does.

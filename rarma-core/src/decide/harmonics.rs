@@ -6,13 +6,12 @@
 
 use crate::real::Real;
 
-/// Spindle and tooth frequency, where they are known.
+/// Spindle frequency, where it is known. Multiples of the tooth frequency are among
+/// its multiples, whatever the number of teeth.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Rotation<T> {
     /// Rotations per second, Hz.
     pub spindle_hz: Option<T>,
-    /// Teeth on the cutter, where known.
-    pub teeth: Option<u32>,
 }
 
 /// Half-width of the label around a multiple, Hz, at the least.
@@ -61,7 +60,6 @@ mod tests {
     fn multiples_are_found_and_others_are_not() {
         let r = Rotation {
             spindle_hz: Some(27.6f32),
-            teeth: Some(6),
         };
         assert_eq!(r.harmonic(165.6, 0.1), Some(6));
         assert_eq!(r.harmonic(167.0, 0.1), Some(6));

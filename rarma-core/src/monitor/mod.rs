@@ -14,7 +14,7 @@ pub use report::{MAX_MODES, Report};
 
 use crate::condition::{Band, BandFilter, Fault, Health, HealthCounts};
 use crate::decide::{
-    Alarm, AlarmConfig, AlarmEvent, IdleFinder, Mode, ModeTrack, Reading, Reason, Rotation, State,
+    Alarm, AlarmEvent, IdleFinder, Mode, ModeTrack, Reading, Reason, Rotation, State,
 };
 use crate::estimate::{RecursiveArma, Status};
 use crate::real::Real;
@@ -57,7 +57,6 @@ pub struct Monitor<T, const P: usize, const Q: usize, const N: usize> {
     slots: [Slot<T>; MAX_MODES],
     idle: IdleFinder<T>,
     alarm: Alarm<T>,
-    alarm_config: AlarmConfig<T>,
     rotation: Rotation<T>,
     band: (T, T),
     idle_samples: Option<(u64, u64)>,
@@ -115,10 +114,8 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             slots: [Slot::default(); MAX_MODES],
             idle: IdleFinder::new(period_s),
             alarm: Alarm::new(config.alarm()),
-            alarm_config: config.alarm(),
             rotation: Rotation {
                 spindle_hz: config.spindle_hz.map(T::from_f64),
-                teeth: config.teeth,
             },
             band: (T::from_f64(band.low_hz), T::from_f64(band.high_hz)),
             idle_samples: config.idle_s.map(|(from, to)| {
@@ -327,7 +324,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             }
             let judged = slot
                 .track
-                .update(reading, &self.alarm_config, self.period_s);
+                .update(reading, self.alarm.config(), self.period_s);
             *mode = Some((judged, slot.track.suspicion_s()));
         }
     }
