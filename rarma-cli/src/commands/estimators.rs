@@ -128,14 +128,13 @@ fn instruments(y: &[f64], (p, q): (usize, usize)) -> Result<Model, FitError> {
     })
 }
 
-/// One pass of the recursive estimator; the start-up suits the length.
+/// One pass of the recursive estimator.
 fn recursive(
     method: Method,
     y: &[f64],
     (p, q): (usize, usize),
     memory: Memory,
 ) -> Result<Model, String> {
-    let part = |wanted: usize, share: usize| wanted.min(y.len() / share) as u32;
     let config = RarmaConfig {
         gradient: match method {
             Method::Rplr => Gradient::Pseudo,
@@ -143,9 +142,6 @@ fn recursive(
         },
         forgetting: memory.forgetting,
         random_walk: memory.random_walk,
-        settle_samples: part(64, 40),
-        autoregressive_samples: part(320, 10),
-        startup_samples: part(1000, 4),
         ..RarmaConfig::default()
     };
     let mut model = BoundedArma::new(p, q, config)
@@ -153,6 +149,7 @@ fn recursive(
     for &x in y {
         model.update(x);
     }
+    model.finish_start();
     if model.a().iter().chain(model.c()).any(|x| !x.is_finite()) {
         return Err(format!("{}: the estimate is not finite", method.name()));
     }

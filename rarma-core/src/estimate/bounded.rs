@@ -1,7 +1,8 @@
 //! The recursive estimator with an order chosen at run time, for the host.
 
 use super::config::RarmaConfig;
-use super::rarma::{RecursiveArma, Step};
+use super::rarma::RecursiveArma;
+use super::status::Step;
 use super::ud::UdFactors;
 use crate::real::Real;
 
@@ -31,6 +32,11 @@ impl<T: Real> BoundedArma<T> {
     /// Takes one sample; see [`RecursiveArma`].
     pub fn update(&mut self, y: T) -> Step<T> {
         self.inner.step(y, self.p, self.q)
+    }
+
+    /// See [`RecursiveArma::finish_start`].
+    pub fn finish_start(&mut self) {
+        self.inner.finish(self.p, self.q);
     }
 
     /// Coefficients a₁…a_p.

@@ -18,13 +18,14 @@ pub enum Gradient {
 /// A setting out of range, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ConfigError {
-    /// `forgetting` and `start_forgetting` must lie in 0.9..=1, `forgetting_rate` in
-    /// 0..=1.
+    /// `forgetting` must lie in 0.9..=1.
     Forgetting,
     /// `random_walk` must lie in 0..=0.01.
     RandomWalk,
-    /// `start_variance` and `restart_variance` must be positive and finite.
+    /// `start_variance` must be positive and finite.
     Variance,
+    /// `start_samples` must lie in 0..=400.
+    StartSamples,
     /// `c_radius` must lie in 0.5..=1.
     CRadius,
     /// A field is NaN or infinite.
@@ -40,27 +41,17 @@ pub struct RarmaConfig<T> {
     /// Forgetting factor λ per sample, 0.9..=1, default 1 (remember everything).
     /// The memory is 1/(1 − λ) samples.
     pub forgetting: T,
-    /// Forgetting factor at the start of each stage, 0.9..=1, default 0.99: what a
-    /// poor model taught is forgotten again.
-    pub start_forgetting: T,
-    /// Rate at which it rises to `forgetting`, per sample, 0..=1, default 0.005.
-    pub forgetting_rate: T,
     /// Variance of a random walk of every parameter, per sample, 0..=0.01, default
     /// 0. The thesis' R_e. Recovers faster than forgetting after a loud passage.
     pub random_walk: T,
-    /// First samples that only set the scale (σ² starts as the input power).
-    /// Default 64; 0 for a short series whose variance is given beforehand.
-    pub settle_samples: u32,
-    /// Up to this sample only A is estimated, by least squares, which cannot
-    /// diverge; C joins with residuals that mean something. Default 320.
-    pub autoregressive_samples: u32,
-    /// Samples of pseudo-linear regression before the gradient takes over.
-    /// Default 1000; a cold start with the filtered gradient fails (docs/decisions/0003).
-    pub startup_samples: u32,
-    /// Variance of each parameter before the first sample. Default 0.1.
+    /// Samples of the start-up's least squares, 0..=400, default 400. The model is
+    /// ready after about two and a half times as many, and nothing is lost: the
+    /// samples that came meanwhile are worked off. 0 starts cold, which fails on
+    /// several modes (docs/decisions/0003).
+    pub start_samples: u32,
+    /// Variance of each parameter before anything is known, default 1e4: in
+    /// ARMA(8,7) a coefficient is up to 70.
     pub start_variance: T,
-    /// Variance of each parameter when the gradient takes over. Default 1.
-    pub restart_variance: T,
     /// Largest root radius allowed for C(q), 0.5..=1, default 0.998.
     pub c_radius: T,
     /// A squared innovation above this multiple of σ² is an outlier and weighs
@@ -83,14 +74,9 @@ impl<T: Real> Default for RarmaConfig<T> {
         Self {
             gradient: Gradient::Filtered,
             forgetting: T::ONE,
-            start_forgetting: T::from_f64(0.99),
-            forgetting_rate: T::from_f64(0.005),
             random_walk: T::ZERO,
-            settle_samples: 64,
-            autoregressive_samples: 320,
-            startup_samples: 1000,
-            start_variance: T::from_f64(0.1),
-            restart_variance: T::ONE,
+            start_samples: super::start::MOST as u32,
+            start_variance: T::from_f64(1e4),
             c_radius: T::from_f64(0.998),
             outlier_ratio: T::from_f64(25.0),
             variance_gain: T::ZERO,
@@ -111,11 +97,8 @@ impl<T: Real> RarmaConfig<T> {
         let within = |x: T, lo: f64, hi: f64| x >= T::from_f64(lo) && x <= T::from_f64(hi);
         let all = [
             self.forgetting,
-            self.start_forgetting,
-            self.forgetting_rate,
             self.random_walk,
             self.start_variance,
-            self.restart_variance,
             self.c_radius,
             self.outlier_ratio,
             self.variance_gain,
@@ -126,15 +109,14 @@ impl<T: Real> RarmaConfig<T> {
         ];
         if !all.iter().all(|x| x.is_finite()) {
             Err(ConfigError::NotFinite)
-        } else if !within(self.forgetting, 0.9, 1.0)
-            || !within(self.start_forgetting, 0.9, 1.0)
-            || !within(self.forgetting_rate, 0.0, 1.0)
-        {
+        } else if !within(self.forgetting, 0.9, 1.0) {
             Err(ConfigError::Forgetting)
         } else if !within(self.random_walk, 0.0, 0.01) {
             Err(ConfigError::RandomWalk)
-        } else if !(self.start_variance > T::ZERO && self.restart_variance > T::ZERO) {
+        } else if !(self.start_variance > T::ZERO) {
             Err(ConfigError::Variance)
+        } else if self.start_samples > super::start::MOST as u32 {
+            Err(ConfigError::StartSamples)
         } else if !within(self.c_radius, 0.5, 1.0) {
             Err(ConfigError::CRadius)
         } else {

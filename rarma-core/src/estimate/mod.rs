@@ -10,12 +10,12 @@ mod bounded;
 mod config;
 mod rarma;
 mod schur;
+mod start;
+mod status;
 mod ud;
 
 pub use bounded::BoundedArma;
 pub use config::{ConfigError, Gradient, RarmaConfig};
-pub use rarma::{
-    Arma21, Arma22, Arma43, Arma44, Arma65, Arma66, Arma87, Arma88, Limit, RecursiveArma, Status,
-    Step,
-};
+pub use rarma::{Arma21, Arma22, Arma43, Arma44, Arma65, Arma66, Arma87, Arma88, RecursiveArma};
+pub use status::{Limit, Status, Step};
 pub use ud::UdFactors;

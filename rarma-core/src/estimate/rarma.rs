@@ -4,46 +4,21 @@
 
 use super::config::{Gradient, RarmaConfig};
 use super::schur;
+use super::start::Start;
+use super::status::{Limit, Status, Step};
 use super::ud::UdFactors;
 use crate::real::Real;
 
-/// Gain on σ² when the gradient takes over: the start-up's large errors fade.
-const RESTART_VARIANCE_GAIN: f64 = 0.05;
 /// Least innovation variance, so that silence divides by a normal number.
-const SMALLEST_VARIANCE: f64 = 1e-30;
-
-/// What the estimator is doing, returned with every update.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Status {
-    /// Start-up: pseudo-linear regression, the model is not to be used yet.
-    Starting,
-    /// Running freely.
-    Running,
-    /// Running, but something is being held back; see the limit.
-    Limiting(Limit),
-    /// The sample was not finite and has been left out; nothing changed.
-    Rejected,
-}
-
-/// What is being held back.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Limit {
-    /// The step would have made C(q) unstable; the noise part was shortened or kept.
-    NoiseModel,
-    /// A covariance factor stands at its ceiling: too little excitation.
-    Covariance,
-    /// The sample was far outside the innovations' spread and weighs less.
-    Outlier,
-}
-
-/// Result of one update.
-#[derive(Debug, Clone, Copy)]
-pub struct Step<T> {
-    /// One-step prediction error (innovation) e(t) = y(t) − φᵀθ(t−1), input units.
-    pub innovation: T,
-    /// What the estimator is doing.
-    pub status: Status,
-}
+pub(super) const SMALLEST_VARIANCE: f64 = 1e-30;
+/// Samples from here on are rejected: their squares would leave the range of `f32`.
+const LARGEST_SAMPLE: f64 = 1e15;
+/// Growth of the covariance at an outlier.
+const OUTLIER_INFLATION: f64 = 1.03;
+/// Gain of the recent innovation variance, and how far σ² may be above it. Of
+/// 2e7 white normal innovations the recent variance was never below 0.36 of the true one.
+const RECENT_GAIN: f64 = 1.0 / 32.0;
+const RECENT_RATIO: f64 = 4.0;
 
 /// Recursive prediction-error estimator of an ARMA(p, q) model.
 ///
@@ -91,30 +66,33 @@ pub struct Step<T> {
 /// ```
 #[derive(Debug, Clone)]
 pub struct RecursiveArma<T, const P: usize, const Q: usize, const N: usize> {
-    config: RarmaConfig<T>,
-    /// Forgetting factor of this sample: rises to the set one after each start.
-    lambda: T,
+    pub(super) config: RarmaConfig<T>,
     inverse_lambda: T,
     /// θ = (a₁…a_p, c₁…c_q)
-    theta: [T; N],
+    pub(super) theta: [T; N],
     /// φ = (−y(t−1)…−y(t−p), ε(t−1)…ε(t−q))
-    phi: [T; N],
+    pub(super) phi: [T; N],
     /// ψ = φ filtered by 1/C
-    psi: [T; N],
+    pub(super) psi: [T; N],
     /// Filtered outputs older than ψ holds them; used only where q > p.
-    older: [T; N],
-    covariance: UdFactors<T, N>,
-    sigma2: T,
+    pub(super) older: [T; N],
+    pub(super) covariance: UdFactors<T, N>,
+    pub(super) sigma2: T,
     /// Gain of the next innovation on σ².
-    variance_gain: T,
+    pub(super) variance_gain: T,
+    /// Innovation variance over the last few tens of samples.
+    pub(super) recent: T,
     /// Mean square of the input over a long memory: sets the dynamic range.
-    power: T,
+    pub(super) power: T,
     /// Σ of the weights and Σ of the squared weights of the samples in memory.
-    weight: T,
-    weight2: T,
-    count: u32,
+    pub(super) weight: T,
+    pub(super) weight2: T,
+    pub(super) count: u32,
     /// Factor whose turn it is to be held in range and, with a random walk, spread.
     turn: usize,
+    /// Factors in a row that stood at the ceiling.
+    at_ceiling: usize,
+    pub(super) start: Start<T, N>,
 }
 
 /// ARMA(2,1): one mode.
@@ -147,8 +125,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
     pub(super) fn raw(config: RarmaConfig<T>) -> Self {
         let config = config.checked().unwrap_or_default();
         Self {
-            lambda: config.forgetting.min(config.start_forgetting),
-            inverse_lambda: T::ONE / config.forgetting.min(config.start_forgetting),
+            inverse_lambda: T::ONE / config.forgetting,
             theta: [T::ZERO; N],
             phi: [T::ZERO; N],
             psi: [T::ZERO; N],
@@ -156,17 +133,20 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
             covariance: UdFactors::diagonal(config.start_variance),
             sigma2: T::ZERO,
             variance_gain: T::ONE,
+            recent: T::ZERO,
             power: T::ZERO,
             weight: T::ZERO,
             weight2: T::ZERO,
             count: 0,
             turn: 0,
+            at_ceiling: 0,
+            start: Start::new(config.start_samples),
             config,
         }
     }
 
     /// Takes one sample; see the type for the recurrence. A sample that is not
-    /// finite is rejected and changes nothing.
+    /// finite, or 1e15 and more, is rejected and changes nothing.
     #[inline]
     pub fn update(&mut self, y: T) -> Step<T> {
         self.step(y, P, Q)
@@ -175,33 +155,25 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
     /// The update for orders p ≤ P, q ≤ Q; constants when called from `update`.
     #[inline(always)]
     pub(super) fn step(&mut self, y: T, p: usize, q: usize) -> Step<T> {
-        if !y.is_finite() {
+        // False for NaN as well.
+        if !(y.abs() < T::from_f64(LARGEST_SAMPLE)) {
             return Step {
                 innovation: T::ZERO,
                 status: Status::Rejected,
             };
         }
-        let n = p + q;
-        if self.count < self.config.settle_samples {
-            self.observe(y, p, q);
-            return Step {
-                innovation: y,
-                status: Status::Starting,
-            };
+        self.count = self.count.saturating_add(1);
+        if self.start.is_over() {
+            self.advance(y, p, q)
+        } else {
+            self.start_up(y, p, q)
         }
-        let starting = self.count < self.config.startup_samples;
-        let filtered = !starting && matches!(self.config.gradient, Gradient::Filtered);
-        if filtered && self.count == self.config.startup_samples {
-            // Pseudo-linear regression has found the neighbourhood: go on from
-            // its θ with the true gradient and a small covariance.
-            self.covariance.reset(self.config.restart_variance);
-            self.weight = T::ZERO;
-            self.weight2 = T::ZERO;
-            self.lambda = self.config.forgetting.min(self.config.start_forgetting);
-            self.inverse_lambda = T::ONE / self.lambda;
-            self.variance_gain = self.variance_gain.max(T::from_f64(RESTART_VARIANCE_GAIN));
-        }
+    }
 
+    /// One step of the recurrence.
+    #[inline(always)]
+    pub(super) fn advance(&mut self, y: T, p: usize, q: usize) -> Step<T> {
+        let n = p + q;
         let mut e = y;
         for (f, t) in self.phi[..n].iter().zip(&self.theta[..n]) {
             e -= *f * *t;
@@ -224,22 +196,30 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
         // own errors for noise and stop learning.
         let variance = self.sigma2.min(self.power).max(floor);
         let bound = self.config.outlier_ratio * variance;
-        let outlier = e2 > bound && !starting;
+        let outlier = e2 > bound;
         let r = if outlier {
             e2 / self.config.outlier_ratio
         } else {
             variance
         };
 
+        let filtered = matches!(self.config.gradient, Gradient::Filtered);
         let regressor = if filtered { &self.psi } else { &self.phi };
-        let r_lambda = self.lambda * r;
+        let r_lambda = self.config.forgetting * r;
         let mut gain = [T::ZERO; N];
         let alpha = self.covariance.measure(n, regressor, r_lambda, &mut gain);
         let mut limit = self.correct(p, q, &gain, e);
 
+        // What was learnt at a far lower level was learnt with too small a variance:
+        // each outlier takes some of that confidence back.
+        let inflate = if outlier {
+            self.inverse_lambda * T::from_f64(OUTLIER_INFLATION)
+        } else {
+            self.inverse_lambda
+        };
         let at_ceiling = self.covariance.forget(
             n,
-            self.inverse_lambda,
+            inflate,
             self.turn,
             self.config.d_floor,
             self.config.d_ceiling,
@@ -256,29 +236,22 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
             limit = Some(Limit::Covariance);
         }
 
-        self.shift(y, p, q);
+        self.push(y, p, q);
         self.track_variance(if outlier { bound } else { e2 } * (r_lambda / alpha));
-        self.weight = self.lambda * self.weight + T::ONE;
-        self.weight2 = self.lambda * self.lambda * self.weight2 + T::ONE;
-        self.age_forgetting();
-        self.count = self.count.saturating_add(1);
+        self.weight = self.config.forgetting * self.weight + T::ONE;
+        self.weight2 = self.config.forgetting * self.config.forgetting * self.weight2 + T::ONE;
+        self.at_ceiling = if at_ceiling { self.at_ceiling + 1 } else { 0 };
+        if self.at_ceiling > 2 * n {
+            // Every factor has wound up: nothing is remembered, so begin anew.
+            self.reset();
+        }
         Step {
             innovation: e,
             status: match limit {
-                _ if starting => Status::Starting,
                 Some(limit) => Status::Limiting(limit),
                 None => Status::Running,
             },
         }
-    }
-
-    /// The first samples only set the scale: σ² is the input power, θ stays 0.
-    fn observe(&mut self, y: T, p: usize, q: usize) {
-        let seen = T::from_u32(self.count + 1);
-        self.power += (y * y - self.power) / seen;
-        self.sigma2 = self.power;
-        self.shift(y, p, q);
-        self.count += 1;
     }
 
     /// θ ← θ + K·e with C kept inside the radius: the full step, else a quarter of
@@ -305,19 +278,23 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
         limit
     }
 
-    /// Residual with the new θ, both 1/C filters, and the shift of φ and ψ.
+    /// Residual with the θ in force, then [`Self::shift`].
     #[inline(always)]
-    fn shift(&mut self, y: T, p: usize, q: usize) {
+    pub(super) fn push(&mut self, y: T, p: usize, q: usize) {
         let n = p + q;
         let mut residual = y;
         for (f, t) in self.phi[..n].iter().zip(&self.theta[..n]) {
             residual -= *f * *t;
         }
+        let _ = self.shift(y, residual, p, q);
+    }
+
+    /// Both 1/C filters, and the shift of φ and ψ by one sample. Returns the newest
+    /// filtered pair (−y_f, ε_f).
+    #[inline(always)]
+    pub(super) fn shift(&mut self, y: T, residual: T, p: usize, q: usize) -> (T, T) {
+        let n = p + q;
         // ψ holds −y_f and ε_f, both filtered by 1/C: x_f = x − Σ c_j x_f(t−j).
-        // The first stage is autoregressive: no residuals, so c stays 0.
-        if self.count < self.config.autoregressive_samples {
-            residual = T::ZERO;
-        }
         let (mut y_f, mut e_f) = (-y, residual);
         for j in 0..q {
             let c = self.theta[p + j];
@@ -351,27 +328,17 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
             self.phi[p] = residual;
             self.psi[p] = e_f;
         }
+        (y_f, e_f)
     }
 
-    /// The forgetting factor rises to the set one, so that what was learnt from a
-    /// poor model at the start is forgotten again: λ ← λ + rate·(λ_set − λ).
-    #[inline(always)]
-    fn age_forgetting(&mut self) {
-        let target = self.config.forgetting;
-        if self.lambda == target {
-            return;
-        }
-        self.lambda += self.config.forgetting_rate * (target - self.lambda);
-        if (target - self.lambda).abs() < T::from_f64(1e-6) {
-            self.lambda = target;
-        }
-        self.inverse_lambda = T::ONE / self.lambda;
-    }
-
-    /// Innovation variance: the plain mean at first, then over its memory.
+    /// Innovation variance: the plain mean at first, then over its memory, but after
+    /// a loud passage no more than a few times that of the last samples: what follows
+    /// would otherwise count for nothing until the passage is forgotten.
     #[inline(always)]
     fn track_variance(&mut self, e2: T) {
+        self.recent += (e2 - self.recent) * T::from_f64(RECENT_GAIN);
         self.sigma2 += self.variance_gain * (e2 - self.sigma2);
+        self.sigma2 = self.sigma2.min(self.recent * T::from_f64(RECENT_RATIO));
         self.variance_gain =
             (self.variance_gain / (T::ONE + self.variance_gain)).max(self.config.variance_gain);
     }
@@ -408,7 +375,13 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
 
     /// The start-up is over.
     pub fn ready(&self) -> bool {
-        self.count > self.config.startup_samples
+        self.start.is_over()
+    }
+
+    /// Does what is left of the start-up at once, with the samples there are: for a
+    /// series that ends early. Slow path, of unbounded work.
+    pub fn finish_start(&mut self) {
+        self.finish(P, Q);
     }
 
     /// Factor from P to the covariance of θ. With weights λᵏ the estimate's

@@ -124,7 +124,7 @@ fn moving_average_alone_is_found() {
 }
 
 #[test]
-fn every_covariance_factor_is_held_while_nothing_moves() {
+fn a_memory_that_silence_has_emptied_starts_anew() {
     // Without excitation forgetting alone would pass the range of f32 within 60 000
     // samples. A step of one turn is let through before a factor is held again.
     let config = RarmaConfig {
@@ -135,15 +135,24 @@ fn every_covariance_factor_is_held_while_nothing_moves() {
     for y in series(3000) {
         model.update(y as f32);
     }
+    let most = config.d_ceiling * config.forgetting.powi(-16);
     let mut held = 0;
-    for _ in 0..200_000 {
+    let samples = (0..200_000).position(|_| {
         let step = model.update(0.0);
         held += u32::from(step.status == Status::Limiting(Limit::Covariance));
+        assert!(model.covariance().is_definite(15));
+        assert!(!model.ready() || model.covariance().d().iter().all(|d| *d <= most));
+        step.status == Status::Starting
+    });
+    let samples = samples.expect("a new start");
+    assert!((1000..20_000).contains(&samples), "after {samples}");
+    assert!((15..2000).contains(&held), "held for {held}");
+    // Silence does not end the start-up; a signal does, however long it took.
+    for _ in 0..10_000 {
+        assert_eq!(model.update(0.0).status, Status::Starting);
     }
-    assert!(held > 100_000, "the ceiling was reported {held} times");
-    assert!(model.covariance().is_definite(15));
-    let most = config.d_ceiling * config.forgetting.powi(-16);
-    for d in model.covariance().d() {
-        assert!((100.0..=most).contains(d), "factor {d} against {most}");
-    }
+    let ready = series(3000)
+        .iter()
+        .position(|y| model.update(*y as f32).status != Status::Starting);
+    assert!((900..1500).contains(&ready.expect("ready")), "{ready:?}");
 }

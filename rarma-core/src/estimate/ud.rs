@@ -10,25 +10,39 @@
 
 use crate::real::Real;
 
-/// Runs an expression for each column. The first sixteen are written out, so that
-/// with an order known when the code is built each has its own straight code:
-/// indices without bounds checks, no loop (40 % fewer instructions at (8,7)).
-macro_rules! each_column {
-    ($j:ident < $n:ident, $work:expr) => {
-        each_column!(@ $j, $n, $work, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15);
-        for $j in 16..$n {
-            $work;
+/// Runs an expression for each pair of columns. The first eight pairs are written
+/// out, so that with an order known when the code is built each has its own straight
+/// code: indices without bounds checks, no loop (40 % fewer instructions at (8,7)).
+macro_rules! each_pair {
+    ($j:ident < $n:ident, $both:expr, $one:expr) => {
+        each_pair!(@ $j, $n, $both, $one, 0 2 4 6 8 10 12 14);
+        let mut rest = 16;
+        while rest < $n {
+            let $j = rest;
+            if rest + 1 < $n {
+                $both;
+            } else {
+                $one;
+            }
+            rest += 2;
         }
     };
-    (@ $j:ident, $n:ident, $work:expr, $($k:literal)*) => {
+    (@ $j:ident, $n:ident, $both:expr, $one:expr, $($k:literal)*) => {
         $(
-            if $k < $n && $k < N {
+            if $k + 1 < $n && $k + 1 < N {
                 let $j = $k;
-                $work;
+                $both;
+            } else if $k < $n && $k < N {
+                let $j = $k;
+                $one;
             }
         )*
     };
 }
+
+/// Least value of a diagonal factor: a normal number of `f32`, far below any that
+/// matters.
+const LEAST_FACTOR: f64 = 1e-30;
 
 /// Factors of an n × n covariance, n ≤ N (N is storage, n the order in use).
 #[derive(Debug, Clone)]
@@ -68,11 +82,51 @@ impl<T: Real, const N: usize> UdFactors<T, N> {
     pub fn measure(&mut self, n: usize, psi: &[T; N], r: T, gain: &mut [T; N]) -> T {
         // f = Uᵀψ, column by column: α_j = α_{j-1} + f_j·v_j with v = D·f.
         let mut alpha = r;
-        each_column!(j < n, alpha = self.measure_column(j, psi, alpha, gain));
+        each_pair!(
+            j < n,
+            alpha = self.measure_pair(j, psi, alpha, gain),
+            alpha = self.measure_column(j, psi, alpha, gain)
+        );
         let inverse = T::ONE / alpha;
         for k in &mut gain[..n] {
             *k *= inverse;
         }
+        alpha
+    }
+
+    /// Columns j and j + 1 of [`Self::measure`] in one pass: what they share (ψ and
+    /// the gain) is read and written once, an eighth fewer instructions.
+    #[inline(always)]
+    fn measure_pair(&mut self, j: usize, psi: &[T; N], before: T, gain: &mut [T; N]) -> T {
+        let (left, right) = self.u.split_at_mut(j + 1);
+        let (Some(one), Some(two)) = (left.last_mut(), right.first_mut()) else {
+            return before;
+        };
+        let (mut f_1, mut f_2) = (psi[j], psi[j + 1]);
+        for i in 0..j {
+            f_1 += one[i] * psi[i];
+            f_2 += two[i] * psi[i];
+        }
+        f_2 += two[j] * psi[j];
+        let least = T::from_f64(LEAST_FACTOR);
+        let v_1 = self.d[j] * f_1;
+        let between = before + f_1 * v_1;
+        self.d[j] = self.d[j] * before / between + least;
+        let v_2 = self.d[j + 1] * f_2;
+        let alpha = between + f_2 * v_2;
+        self.d[j + 1] = self.d[j + 1] * between / alpha + least;
+        let (lambda_1, lambda_2) = (-f_1 / before, -f_2 / between);
+        for i in 0..j {
+            let (u_1, u_2, g) = (one[i], two[i], gain[i]);
+            one[i] = u_1 + lambda_1 * g;
+            let g = g + v_1 * u_1;
+            two[i] = u_2 + lambda_2 * g;
+            gain[i] = g + v_2 * u_2;
+        }
+        let u = two[j];
+        two[j] = u + lambda_2 * v_1;
+        gain[j] = v_1 + v_2 * u;
+        gain[j + 1] = v_2;
         alpha
     }
 
@@ -86,7 +140,9 @@ impl<T: Real, const N: usize> UdFactors<T, N> {
         }
         let v = self.d[j] * f;
         let alpha = before + f * v;
-        self.d[j] = self.d[j] * before / alpha;
+        // A strong regressor takes a factor down by up to 1e15 a sample, and its turn
+        // to be held comes once in n samples: the sum keeps it above 0 meanwhile.
+        self.d[j] = self.d[j] * before / alpha + T::from_f64(LEAST_FACTOR);
         let lambda = -f / before;
         for i in 0..j {
             let u = column[i];
@@ -127,14 +183,16 @@ impl<T: Real, const N: usize> UdFactors<T, N> {
         let mut c = variance;
         // a = e_i: nothing happens right of column i, and a(k) for k < i turns
         // into −U(k, i) once column i is through.
-        let before = self.d[i];
+        let (Some(d), Some(column)) = (self.d.get_mut(i), self.u.get_mut(i)) else {
+            return;
+        };
+        let before = *d;
         let after = before + c;
-        self.d[i] = after;
+        *d = after;
         let inverse = T::ONE / after;
-        for k in 0..i {
-            let u = self.u[i][k];
-            a[k] = -u;
-            self.u[i][k] = u + c * inverse * a[k];
+        for (a, u) in a.iter_mut().zip(column.iter_mut()).take(i) {
+            *a = -*u;
+            *u += c * inverse * *a;
         }
         c = c * before * inverse;
         for j in (0..i).rev() {

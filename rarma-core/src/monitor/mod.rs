@@ -184,8 +184,14 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
     #[inline(always)]
     fn listen(&mut self, y: T) {
         let step = self.model.update(y);
-        if step.status != Status::Rejected {
-            self.lost = self.roots.track(self.model.a()) == Tracking::Searching;
+        match step.status {
+            Status::Rejected => {}
+            // No model yet: its roots are sought when it is there.
+            Status::Starting => {
+                self.roots.search();
+                self.lost = true;
+            }
+            _ => self.lost = self.roots.track(self.model.a()) == Tracking::Searching,
         }
         self.power += self.power_gain * (y * y - self.power);
         for slot in &mut self.slots[..P.div_ceil(2)] {

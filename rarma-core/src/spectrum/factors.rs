@@ -122,6 +122,8 @@ const SEARCH_SWEEPS: u32 = 120;
 const SEARCH_RATE: u32 = 2;
 /// A correction below this counts as following: what is left is of its square.
 const SETTLED: f64 = 1e-3;
+/// Step of a factor away from another that it coincides with.
+const ASIDE: f64 = 0.01;
 /// Largest step of u or v in one sweep while following: keeps a bad moment local.
 const LARGEST_STEP: f64 = 0.25;
 
@@ -149,6 +151,14 @@ impl<T: Real, const P: usize> FactorTracker<T, P> {
     /// kept from sample to sample.
     pub fn factors(&self, p: usize) -> &[Quadratic<T>] {
         &self.factors[..p.div_ceil(2)]
+    }
+
+    /// The polynomial is another one: the next calls of [`Self::track`] seek its roots
+    /// from a cold start.
+    #[inline(always)]
+    pub fn search(&mut self) {
+        self.searching = true;
+        self.sweeps = SEARCH_SWEEPS;
     }
 
     /// Follows z^p + a₁ z^(p-1) + … + a_p by one sweep (two while searching).
@@ -288,13 +298,14 @@ fn sweep<T: Real>(a: &[T], q: &mut [Quadratic<T>], largest_step: T) -> T {
         let norm = product.alpha * product.alpha
             + product.alpha * product.beta * this.u
             + product.beta * product.beta * this.v;
-        // Zero where two factors share a root: step aside by a fixed amount.
-        let safe = if norm.abs() > T::from_f64(1e-30) {
-            norm
-        } else {
-            T::from_f64(1e-30)
-        };
-        let inverse = T::ONE / safe;
+        // Zero where two factors share a root: neither can move by its own step, so
+        // this one moves aside and is not settled.
+        if norm.abs() <= T::from_f64(1e-30) {
+            q[k].u += T::from_f64(ASIDE);
+            moved = moved.max(T::ONE);
+            continue;
+        }
+        let inverse = T::ONE / norm;
         let step = this.multiply(
             remainder,
             Residue {

@@ -1,0 +1,357 @@
+//! Start-up: from the first samples to a model next to the efficient one.
+//!
+//! Rate: once a sample, with a bounded share of the work (a few updates' worth).
+//! Nothing here can find a local minimum, because nothing here searches: every
+//! step is linear least squares.
+//!
+//! 1. *Collect* the first n samples.
+//! 2. *Lattice*: a long autoregression by Burg's method; what it cannot predict,
+//!    ê, stands for the innovations (Hannan and Rissanen).
+//! 3. *Rounds*: least squares of C₀⁻¹(A·y − C·ê) over a and c, C₀ being the C of the
+//!    round before (1 at first). Four rounds end next to the efficient estimate,
+//!    with its covariance.
+//! 4. *Warm up* the filters of φ and ψ over the same samples.
+//! 5. *Catch up*: the recursion itself over the samples that came meanwhile, until
+//!    it meets the present one. No sample is lost and none counts twice.
+
+use super::rarma::{RecursiveArma, SMALLEST_VARIANCE};
+use super::schur;
+use super::status::{Status, Step};
+use crate::real::Real;
+
+/// Samples of the least squares at most.
+pub(super) const MOST: usize = 400;
+/// Least squares in sequence.
+const ROUNDS: u32 = 4;
+/// Units of work a sample; a unit is one row of least squares or one update.
+const PACE: u32 = 4;
+/// Samples of a lattice stage a unit: a whole stage a sample at the longest.
+const LATTICE_UNIT: usize = MOST / PACE as usize;
+/// Samples of filtering a unit.
+const WARM_UNIT: usize = 16;
+/// Orders of the long autoregression.
+const SHORTEST: usize = 16;
+const LONGEST: usize = 64;
+/// Room for the samples, which are read until the end, and from [`FORWARD`] on for
+/// the forward errors ê of the lattice, which are read until the rounds end.
+const ROOM: usize = 1280;
+const FORWARD: usize = ROOM - MOST;
+/// The backward errors lie between the samples, of which there are fewer than this
+/// until the lattice ends, and the forward errors.
+const BACKWARD: usize = FORWARD - MOST;
+// Samples at the end of the lattice, of the rounds and of it all, at the longest.
+const LATTICE_END: usize = MOST + LONGEST + 1;
+const ROUNDS_END: usize = LATTICE_END + (ROUNDS as usize * MOST).div_ceil(PACE as usize);
+const WARM_END: usize = ROUNDS_END + MOST.div_ceil(WARM_UNIT * PACE as usize);
+const END: usize = WARM_END + (WARM_END - MOST).div_ceil(PACE as usize - 1);
+const _: () = assert!(LATTICE_END < BACKWARD && ROUNDS_END < FORWARD && END < ROOM);
+
+/// What is being done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    Collect,
+    Lattice,
+    Rounds,
+    WarmUp,
+    CatchUp,
+    Over,
+}
+
+/// State of the start-up. About 5 kB in `f32`.
+#[derive(Debug, Clone)]
+pub(super) struct Start<T, const N: usize> {
+    stage: Stage,
+    store: [T; ROOM],
+    /// Samples in store.
+    taken: usize,
+    /// n: samples of the least squares.
+    length: usize,
+    /// Place of the stage in its pass over the samples.
+    at: usize,
+    /// Order of the lattice so far, and the order wanted.
+    order: usize,
+    wanted: usize,
+    /// Reflection coefficient of the stage in work, and the sums for the next.
+    reflection: T,
+    cross: T,
+    square: T,
+    /// Backward error that the stage has overwritten last.
+    overwritten: T,
+    round: u32,
+    /// Estimate of the round in work.
+    next: [T; N],
+}
+
+impl<T: Real, const N: usize> Start<T, N> {
+    /// Nothing collected; over at once for 0 samples.
+    pub fn new(samples: u32) -> Self {
+        let length = (samples as usize).min(MOST);
+        Self {
+            stage: if length == 0 {
+                Stage::Over
+            } else {
+                Stage::Collect
+            },
+            store: [T::ZERO; ROOM],
+            taken: 0,
+            length,
+            at: 0,
+            order: 0,
+            wanted: 0,
+            reflection: T::ZERO,
+            cross: T::ZERO,
+            square: T::ZERO,
+            overwritten: T::ZERO,
+            round: 0,
+            next: [T::ZERO; N],
+        }
+    }
+
+    #[inline(always)]
+    pub fn is_over(&self) -> bool {
+        matches!(self.stage, Stage::Over)
+    }
+
+    /// Order 0 of the lattice: both errors are the samples themselves.
+    fn begin_lattice(&mut self, n: usize) {
+        self.wanted = (n + n / 2)
+            .clamp(SHORTEST, LONGEST)
+            .min(self.length.saturating_sub(2) / 4);
+        self.order = 0;
+        self.store.copy_within(..self.length, BACKWARD);
+        self.store.copy_within(..self.length, FORWARD);
+        self.cross = T::ZERO;
+        self.square = T::ZERO;
+        for t in 1..self.length {
+            self.add(self.store[t], self.store[t - 1]);
+        }
+        self.begin_lattice_stage();
+        self.stage = Stage::Lattice;
+    }
+
+    /// Burg: k = −2 Σ f·b₋₁ / Σ (f² + b₋₁²), over all samples that have both.
+    fn begin_lattice_stage(&mut self) {
+        self.order += 1;
+        self.at = self.order;
+        self.reflection = if self.square > T::ZERO {
+            -(self.cross + self.cross) / self.square
+        } else {
+            T::ZERO
+        };
+        self.overwritten = self.store[BACKWARD + self.order - 1];
+        self.cross = T::ZERO;
+        self.square = T::ZERO;
+    }
+
+    #[inline(always)]
+    fn add(&mut self, forward: T, backward: T) {
+        self.cross += forward * backward;
+        self.square += forward * forward + backward * backward;
+    }
+
+    /// Some samples of one lattice stage: f ← f + k·b₋₁, b ← b₋₁ + k·f.
+    fn lattice_unit(&mut self) {
+        if self.order > self.wanted {
+            self.stage = Stage::Rounds;
+            self.at = 0;
+            return;
+        }
+        let end = (self.at + LATTICE_UNIT).min(self.length);
+        for t in self.at..end {
+            let (forward, backward) = (self.store[FORWARD + t], self.overwritten);
+            self.overwritten = self.store[BACKWARD + t];
+            let f = forward + self.reflection * backward;
+            self.store[FORWARD + t] = f;
+            self.store[BACKWARD + t] = backward + self.reflection * forward;
+            if t > self.order {
+                self.add(f, self.store[BACKWARD + t - 1]);
+            }
+        }
+        self.at = end;
+        if self.at == self.length {
+            self.begin_lattice_stage();
+        }
+    }
+
+    /// Mean square of what the lattice cannot predict.
+    fn innovation_variance(&self) -> T {
+        let errors = &self.store[FORWARD + self.wanted..FORWARD + self.length];
+        mean_square(errors)
+    }
+}
+
+fn mean_square<T: Real>(x: &[T]) -> T {
+    let sum = x.iter().fold(T::ZERO, |sum, x| sum + *x * *x);
+    sum / T::from_u32(x.len().max(1) as u32)
+}
+
+impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P, Q, N> {
+    /// Stores the sample and does its share of the work.
+    pub(super) fn start_up(&mut self, y: T, p: usize, q: usize) -> Step<T> {
+        let taken = self.start.taken;
+        self.power += (y * y - self.power) / T::from_u32(taken as u32 + 1);
+        // There is room by the sums above; a sample without would be a defect here.
+        if let Some(place) = self.start.store.get_mut(taken) {
+            *place = y;
+            self.start.taken += 1;
+        }
+        if self.start.stage == Stage::Collect && self.start.taken == self.start.length {
+            if self.power > T::from_f64(SMALLEST_VARIANCE) {
+                self.start.begin_lattice(p + q);
+            } else {
+                // Silence teaches nothing: wait for a signal.
+                self.start.taken = 0;
+                self.power = T::ZERO;
+            }
+        } else {
+            for _ in 0..PACE {
+                self.start_unit(p, q);
+            }
+        }
+        Step {
+            innovation: y,
+            status: Status::Starting,
+        }
+    }
+
+    /// See [`Self::finish_start`].
+    pub(super) fn finish(&mut self, p: usize, q: usize) {
+        if self.start.stage == Stage::Collect {
+            // Too few for the samples wanted; enough for least squares?
+            self.start.length = self.start.taken;
+            if self.start.taken < 4 * (p + q) + 8 || !(self.power > T::ZERO) {
+                return;
+            }
+            self.start.begin_lattice(p + q);
+        }
+        // A reset on the way leaves nothing to do.
+        while !matches!(self.start.stage, Stage::Over | Stage::Collect) {
+            self.start_unit(p, q);
+        }
+    }
+
+    fn start_unit(&mut self, p: usize, q: usize) {
+        match self.start.stage {
+            Stage::Collect | Stage::Over => {}
+            Stage::Lattice => self.start.lattice_unit(),
+            Stage::Rounds => {
+                if self.start.at == 0 {
+                    self.begin_round();
+                }
+                self.row(p, q);
+                self.start.at += 1;
+                if self.start.at == self.start.length {
+                    self.end_round(p, q);
+                }
+            }
+            Stage::WarmUp => {
+                let end = (self.start.at + WARM_UNIT).min(self.start.length);
+                for t in self.start.at..end {
+                    self.push(self.start.store[t], p, q);
+                }
+                self.start.at = end;
+                if end == self.start.length {
+                    self.start.stage = Stage::CatchUp;
+                }
+            }
+            Stage::CatchUp => {
+                if self.start.at < self.start.taken {
+                    let y = self.start.store[self.start.at];
+                    self.start.at += 1;
+                    let _ = self.advance(y, p, q);
+                }
+                if self.start.at >= self.start.taken {
+                    self.start.stage = Stage::Over;
+                }
+            }
+        }
+    }
+
+    fn begin_round(&mut self) {
+        if self.start.round == 0 {
+            let floor = self.power * self.config.dynamic_range;
+            self.sigma2 = self
+                .start
+                .innovation_variance()
+                .max(floor)
+                .max(T::from_f64(SMALLEST_VARIANCE));
+        }
+        self.clear_filters();
+        self.start.next = self.theta;
+        self.covariance.reset(self.config.start_variance);
+    }
+
+    fn clear_filters(&mut self) {
+        self.phi = [T::ZERO; N];
+        self.psi = [T::ZERO; N];
+        self.older = [T::ZERO; N];
+    }
+
+    /// One row of a round: y_f − ê_f = −Σ aᵢ y_f(t−i) + Σ cⱼ ê_f(t−j) + error.
+    fn row(&mut self, p: usize, q: usize) {
+        let (t, n) = (self.start.at, p + q);
+        // Before the lattice has its full order its errors are no innovations.
+        let innovation = if t >= self.start.wanted {
+            self.start.store[FORWARD + t]
+        } else {
+            T::ZERO
+        };
+        let row = self.psi;
+        let (minus_y_f, e_f) = self.shift(self.start.store[t], innovation, p, q);
+        if t < self.start.wanted + p.max(q) {
+            return;
+        }
+        let mut error = -(minus_y_f + e_f);
+        for (x, theta) in row[..n].iter().zip(&self.start.next[..n]) {
+            error -= *x * *theta;
+        }
+        // A wild innovation counts with its own size.
+        let e2 = innovation * innovation;
+        let r = self.sigma2.max(e2 / self.config.outlier_ratio);
+        let mut gain = [T::ZERO; N];
+        let _ = self.covariance.measure(n, &row, r, &mut gain);
+        for (theta, k) in self.start.next[..n].iter_mut().zip(&gain[..n]) {
+            *theta += *k * error;
+        }
+    }
+
+    fn end_round(&mut self, p: usize, q: usize) {
+        let n = p + q;
+        let finite = self.start.next[..n].iter().all(|x| x.is_finite());
+        if !finite || !self.covariance.is_definite(n) {
+            // Samples that span the whole range of numbers: begin again.
+            self.reset();
+            return;
+        }
+        self.theta = self.start.next;
+        shrink::<T, N>(&mut self.theta[p..n], self.config.c_radius);
+        self.start.at = 0;
+        self.start.round += 1;
+        // Without C every round is the same.
+        if self.start.round < ROUNDS && q > 0 {
+            return;
+        }
+        self.clear_filters();
+        let rows = T::from_u32(self.start.length as u32);
+        self.variance_gain = T::ONE / rows;
+        self.recent = self.sigma2;
+        self.weight = rows;
+        self.weight2 = rows;
+        self.start.stage = Stage::WarmUp;
+    }
+}
+
+/// Draws the roots of C towards 0, cⱼ ← γʲ·cⱼ, until they are inside the radius.
+fn shrink<T: Real, const N: usize>(c: &mut [T], radius: T) {
+    for _ in 0..200 {
+        if schur::inside::<T, N>(c, radius) {
+            return;
+        }
+        let mut power = T::ONE;
+        for x in c.iter_mut() {
+            power *= T::from_f64(0.95);
+            *x *= power;
+        }
+    }
+    c.fill(T::ZERO);
+}
