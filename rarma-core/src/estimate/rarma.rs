@@ -27,7 +27,7 @@ const RECENT_RATIO: f64 = 4.0;
 /// sign). A textbook AR in the form y = Σ φᵢ y(t−i) has aᵢ = −φᵢ; moving-average
 /// coefficients keep their sign.
 ///
-/// Recurrence, with θ = (a, c), φ = (−y(t−1)…, ε(t−1)…), and σ² the running
+/// Recurrence, with θ = (a, c), φ = (−y(t−1)…, e(t−1)…), and σ² the running
 /// innovation variance:
 ///
 /// ```text
@@ -36,7 +36,6 @@ const RECENT_RATIO: f64 = 4.0;
 /// α   = λσ² + ψᵀPψ,  K = Pψ/α
 /// θ  ← θ + K·e                        shortened if C would leave |z| < radius
 /// P  ← (P − Pψψᵀ P/α)/λ + R_e         U·D·Uᵀ factors; R_e the random walk
-/// ε   = y − φᵀθ                       residual, enters the next φ
 /// ```
 ///
 /// Because the noise variance σ² stands in α (the thesis' R_s is 1 in its place),
@@ -70,9 +69,9 @@ pub struct RecursiveArma<T, const P: usize, const Q: usize, const N: usize> {
     inverse_lambda: T,
     /// θ = (a₁…a_p, c₁…c_q)
     pub(super) theta: [T; N],
-    /// φ = (−y(t−1)…−y(t−p), ε(t−1)…ε(t−q))
+    /// φ = (−y(t−1)…−y(t−p), e(t−1)…e(t−q))
     pub(super) phi: [T; N],
-    /// ψ = φ filtered by 1/C
+    /// ψ = φ filtered by 1/C (RPEM), or φ again (RPLR)
     pub(super) psi: [T; N],
     /// Filtered outputs older than ψ holds them; used only where q > p.
     pub(super) older: [T; N],
@@ -84,13 +83,12 @@ pub struct RecursiveArma<T, const P: usize, const Q: usize, const N: usize> {
     pub(super) recent: T,
     /// Mean square of the input over a long memory: sets the dynamic range.
     pub(super) power: T,
-    /// Σ of the weights and Σ of the squared weights of the samples in memory.
-    pub(super) weight: T,
-    pub(super) weight2: T,
+    /// Samples that the start-up has worked through.
+    pub(super) known: u32,
     pub(super) count: u32,
     /// Factor whose turn it is to be held in range and, with a random walk, spread.
     turn: usize,
-    /// Factors in a row that stood at the ceiling.
+    /// Factors that stood at the ceiling in this round of turns.
     at_ceiling: usize,
     pub(super) start: Start<T, N>,
 }
@@ -135,8 +133,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
             variance_gain: T::ONE,
             recent: T::ZERO,
             power: T::ZERO,
-            weight: T::ZERO,
-            weight2: T::ZERO,
+            known: 0,
             count: 0,
             turn: 0,
             at_ceiling: 0,
@@ -174,10 +171,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
     #[inline(always)]
     pub(super) fn advance(&mut self, y: T, p: usize, q: usize) -> Step<T> {
         let n = p + q;
-        let mut e = y;
-        for (f, t) in self.phi[..n].iter().zip(&self.theta[..n]) {
-            e -= *f * *t;
-        }
+        let e = self.predict(y, p, q);
         if !e.is_finite() {
             // Cannot happen while C is kept stable and the input is bounded; if
             // the input spans the whole number range, start anew.
@@ -191,7 +185,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
         // Noise variance for this sample; a wild sample counts with its own size.
         let e2 = e * e;
         self.power += self.config.power_gain * (y * y - self.power);
-        let floor = (self.power * self.config.dynamic_range).max(T::from_f64(SMALLEST_VARIANCE));
+        let floor = self.power * self.config.dynamic_range + T::from_f64(SMALLEST_VARIANCE);
         // A model that predicts worse than no model at all would otherwise take its
         // own errors for noise and stop learning.
         let variance = self.sigma2.min(self.power).max(floor);
@@ -203,108 +197,128 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
             variance
         };
 
-        let filtered = matches!(self.config.gradient, Gradient::Filtered);
-        let regressor = if filtered { &self.psi } else { &self.phi };
         let r_lambda = self.config.forgetting * r;
-        let mut gain = [T::ZERO; N];
-        let alpha = self.covariance.measure(n, regressor, r_lambda, &mut gain);
-        let mut limit = self.correct(p, q, &gain, e);
-
         // What was learnt at a far lower level was learnt with too small a variance:
         // each outlier takes some of that confidence back.
-        let inflate = if outlier {
+        let growth = if outlier {
             self.inverse_lambda * T::from_f64(OUTLIER_INFLATION)
         } else {
             self.inverse_lambda
         };
-        let at_ceiling = self.covariance.forget(
-            n,
-            inflate,
-            self.turn,
-            self.config.d_floor,
-            self.config.d_ceiling,
-        );
+        let mut gain = [T::ZERO; N];
+        let inverse = self
+            .covariance
+            .measure(n, &self.psi, r_lambda, growth, &mut gain);
+        let full_step = self.correct(p, q, &gain, e * inverse);
+
+        if self.turn >= n {
+            self.turn = 0;
+            if self.at_ceiling >= n {
+                // Every factor has wound up: nothing is remembered, so begin anew.
+                self.reset();
+                return Step {
+                    innovation: e,
+                    status: Status::Starting,
+                };
+            }
+            self.at_ceiling = 0;
+        }
+        let turn = self.turn;
+        self.turn += 1;
+        let (floor, ceiling) = (self.config.d_floor, self.config.d_ceiling);
+        let at_ceiling = self.covariance.hold(turn, floor, ceiling);
+        if at_ceiling {
+            self.at_ceiling += 1;
+        }
         if self.config.random_walk > T::ZERO {
             let share = self.config.random_walk * T::from_u32(n as u32);
-            self.covariance.spread(self.turn, share);
+            self.covariance.spread(turn, share);
         }
-        self.turn = if self.turn + 1 >= n { 0 } else { self.turn + 1 };
-        if limit.is_none() && outlier {
-            limit = Some(Limit::Outlier);
-        }
-        if limit.is_none() && at_ceiling {
-            limit = Some(Limit::Covariance);
-        }
-
-        self.push(y, p, q);
-        self.track_variance(if outlier { bound } else { e2 } * (r_lambda / alpha));
-        self.weight = self.config.forgetting * self.weight + T::ONE;
-        self.weight2 = self.config.forgetting * self.config.forgetting * self.weight2 + T::ONE;
-        self.at_ceiling = if at_ceiling { self.at_ceiling + 1 } else { 0 };
-        if self.at_ceiling > 2 * n {
-            // Every factor has wound up: nothing is remembered, so begin anew.
-            self.reset();
-        }
+        let filtered = matches!(self.config.gradient, Gradient::Filtered);
+        let _ = self.filter(y, e, p, q, filtered);
+        self.track_variance(if outlier { bound } else { e2 } * (r_lambda * inverse));
+        let status = if !full_step {
+            Status::Limiting(Limit::NoiseModel)
+        } else if outlier {
+            Status::Limiting(Limit::Outlier)
+        } else if at_ceiling {
+            Status::Limiting(Limit::Covariance)
+        } else {
+            Status::Running
+        };
         Step {
             innovation: e,
-            status: match limit {
-                Some(limit) => Status::Limiting(limit),
-                None => Status::Running,
-            },
+            status,
         }
     }
 
-    /// θ ← θ + K·e with C kept inside the radius: the full step, else a quarter of
-    /// it, else the noise part stays as it was.
+    /// e = y − φᵀθ, and the shift of φ by this sample.
     #[inline(always)]
-    fn correct(&mut self, p: usize, q: usize, gain: &[T; N], e: T) -> Option<Limit> {
-        let n = p + q;
-        let mut next = self.theta;
-        for (t, k) in next[..n].iter_mut().zip(&gain[..n]) {
-            *t += *k * e;
+    pub(super) fn predict(&mut self, y: T, p: usize, q: usize) -> T {
+        let mut e = y;
+        let mut newer = -y;
+        for i in 0..p {
+            let f = self.phi[i];
+            e -= f * self.theta[i];
+            self.phi[i] = newer;
+            newer = f;
         }
-        let mut limit = None;
-        if q > 0 && !schur::inside::<T, N>(&next[p..n], self.config.c_radius) {
-            limit = Some(Limit::NoiseModel);
-            let quarter = e * T::from_f64(0.25);
-            for i in p..n {
-                next[i] = self.theta[i] + gain[i] * quarter;
+        newer = T::ZERO;
+        for i in p..p + q {
+            let f = self.phi[i];
+            e -= f * self.theta[i];
+            self.phi[i] = newer;
+            newer = f;
+        }
+        if q > 0 {
+            self.phi[p] = e;
+        }
+        e
+    }
+
+    /// θ ← θ + Pψ·`step` with C kept inside the radius: the full step (returns true),
+    /// else a quarter of it, else the noise part stays as it was.
+    #[inline(always)]
+    fn correct(&mut self, p: usize, q: usize, gain: &[T; N], step: T) -> bool {
+        let n = p + q;
+        let before = self.theta;
+        for j in p..n {
+            self.theta[j] += gain[j] * step;
+        }
+        let full = schur::inside::<T, N>(&self.theta[p..n], self.config.c_radius);
+        let mut taken = step;
+        if !full {
+            taken = step * T::from_f64(0.25);
+            for j in p..n {
+                self.theta[j] = before[j] + gain[j] * taken;
             }
-            if !schur::inside::<T, N>(&next[p..n], self.config.c_radius) {
-                next[p..n].copy_from_slice(&self.theta[p..n]);
+            if !schur::inside::<T, N>(&self.theta[p..n], self.config.c_radius) {
+                self.theta[p..n].copy_from_slice(&before[p..n]);
             }
         }
-        self.theta = next;
-        limit
-    }
-
-    /// Residual with the θ in force, then [`Self::shift`].
-    #[inline(always)]
-    pub(super) fn push(&mut self, y: T, p: usize, q: usize) {
-        let n = p + q;
-        let mut residual = y;
-        for (f, t) in self.phi[..n].iter().zip(&self.theta[..n]) {
-            residual -= *f * *t;
+        for (t, k) in self.theta[..p].iter_mut().zip(gain) {
+            *t += *k * taken;
         }
-        let _ = self.shift(y, residual, p, q);
+        full
     }
 
-    /// Both 1/C filters, and the shift of φ and ψ by one sample. Returns the newest
-    /// filtered pair (−y_f, ε_f).
+    /// Both 1/C filters, and the shift of ψ by one sample. Returns the newest filtered
+    /// pair (−y_f, e_f): x_f = x − Σ c_j x_f(t−j), or x itself if not `filtered`.
     #[inline(always)]
-    pub(super) fn shift(&mut self, y: T, residual: T, p: usize, q: usize) -> (T, T) {
+    pub(super) fn filter(&mut self, y: T, e: T, p: usize, q: usize, filtered: bool) -> (T, T) {
         let n = p + q;
-        // ψ holds −y_f and ε_f, both filtered by 1/C: x_f = x − Σ c_j x_f(t−j).
-        let (mut y_f, mut e_f) = (-y, residual);
-        for j in 0..q {
-            let c = self.theta[p + j];
-            let past = if j < p {
-                self.psi[j]
-            } else {
-                self.older[j - p]
-            };
-            y_f -= c * past;
-            e_f -= c * self.psi[p + j];
+        let (mut y_f, mut e_f) = (-y, e);
+        if filtered {
+            for j in 0..q {
+                let c = self.theta[p + j];
+                let past = if j < p {
+                    self.psi[j]
+                } else {
+                    self.older[j - p]
+                };
+                y_f -= c * past;
+                e_f -= c * self.psi[p + j];
+            }
         }
         for i in (1..q.saturating_sub(p)).rev() {
             self.older[i] = self.older[i - 1];
@@ -313,19 +327,15 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
             self.older[0] = if p > 0 { self.psi[p - 1] } else { y_f };
         }
         for i in (1..p).rev() {
-            self.phi[i] = self.phi[i - 1];
             self.psi[i] = self.psi[i - 1];
         }
         for i in (p + 1..n).rev() {
-            self.phi[i] = self.phi[i - 1];
             self.psi[i] = self.psi[i - 1];
         }
         if p > 0 {
-            self.phi[0] = -y;
             self.psi[0] = y_f;
         }
         if q > 0 {
-            self.phi[p] = residual;
             self.psi[p] = e_f;
         }
         (y_f, e_f)
@@ -339,8 +349,10 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
         self.recent += (e2 - self.recent) * T::from_f64(RECENT_GAIN);
         self.sigma2 += self.variance_gain * (e2 - self.sigma2);
         self.sigma2 = self.sigma2.min(self.recent * T::from_f64(RECENT_RATIO));
-        self.variance_gain =
-            (self.variance_gain / (T::ONE + self.variance_gain)).max(self.config.variance_gain);
+        if self.variance_gain > self.config.variance_gain {
+            self.variance_gain =
+                (self.variance_gain / (T::ONE + self.variance_gain)).max(self.config.variance_gain);
+        }
     }
 
     /// Forgets everything but the settings.
@@ -384,15 +396,21 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
         self.finish(P, Q);
     }
 
-    /// Factor from P to the covariance of θ. With weights λᵏ the estimate's
-    /// covariance is P·Σλ²ᵏ/Σλᵏ: 1 without forgetting, 1/(1 + λ) in the long run
-    /// with it. A random walk leaves P as it is.
+    /// Factor from P to the covariance of θ. With weights w = λᵏ, and the samples of
+    /// the start-up all weighing the same, the estimate's covariance is P·Σw²/Σw: 1
+    /// without forgetting, 1/(1 + λ) in the long run with it. A random walk leaves P as
+    /// it is. Slow path.
     pub fn covariance_factor(&self) -> T {
-        if self.weight > T::ZERO {
-            self.weight2 / self.weight
-        } else {
-            T::ONE
+        let lambda = self.config.forgetting;
+        if lambda == T::ONE || self.count == 0 {
+            return T::ONE;
         }
+        let steps = self.count.saturating_sub(self.known);
+        let left = (T::from_u32(steps) * lambda.ln()).exp();
+        let known = T::from_u32(self.known) * left;
+        let sum = known + (T::ONE - left) / (T::ONE - lambda);
+        let squares = known * left + (T::ONE - left * left) / (T::ONE - lambda * lambda);
+        squares / sum
     }
 
     /// Covariance factors; multiply by [`Self::covariance_factor`].

@@ -14,6 +14,7 @@
 //! 5. *Catch up*: the recursion itself over the samples that came meanwhile, until
 //!    it meets the present one. No sample is lost and none counts twice.
 
+use super::config::Gradient;
 use super::rarma::{RecursiveArma, SMALLEST_VARIANCE};
 use super::schur;
 use super::status::{Status, Step};
@@ -245,9 +246,12 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
                 }
             }
             Stage::WarmUp => {
+                let filtered = matches!(self.config.gradient, Gradient::Filtered);
                 let end = (self.start.at + WARM_UNIT).min(self.start.length);
                 for t in self.start.at..end {
-                    self.push(self.start.store[t], p, q);
+                    let y = self.start.store[t];
+                    let e = self.predict(y, p, q);
+                    let _ = self.filter(y, e, p, q, filtered);
                 }
                 self.start.at = end;
                 if end == self.start.length {
@@ -297,7 +301,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
             T::ZERO
         };
         let row = self.psi;
-        let (minus_y_f, e_f) = self.shift(self.start.store[t], innovation, p, q);
+        let (minus_y_f, e_f) = self.filter(self.start.store[t], innovation, p, q, true);
         if t < self.start.wanted + p.max(q) {
             return;
         }
@@ -309,7 +313,8 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
         let e2 = innovation * innovation;
         let r = self.sigma2.max(e2 / self.config.outlier_ratio);
         let mut gain = [T::ZERO; N];
-        let _ = self.covariance.measure(n, &row, r, &mut gain);
+        let inverse = self.covariance.measure(n, &row, r, T::ONE, &mut gain);
+        error *= inverse;
         for (theta, k) in self.start.next[..n].iter_mut().zip(&gain[..n]) {
             *theta += *k * error;
         }
@@ -335,8 +340,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
         let rows = T::from_u32(self.start.length as u32);
         self.variance_gain = T::ONE / rows;
         self.recent = self.sigma2;
-        self.weight = rows;
-        self.weight2 = rows;
+        self.known = self.start.length as u32;
         self.start.stage = Stage::WarmUp;
     }
 }

@@ -9,13 +9,14 @@
 /// place; a seventh of the instructions of the portable routine, and the same bits
 /// on every machine. Negative numbers and NaN give NaN.
 pub fn sqrt(x: f32) -> f32 {
-    // Zero, subnormal, negative, NaN, infinite: the rare ones go the slow way.
-    if !(f32::MIN_POSITIVE..f32::INFINITY).contains(&x) {
+    // Zero, subnormal, negative, NaN, infinite: the rare ones go the slow way. Normal
+    // positive numbers have consecutive patterns.
+    let (bits, first) = (x.to_bits(), f32::MIN_POSITIVE.to_bits());
+    if bits.wrapping_sub(first) >= f32::INFINITY.to_bits() - first {
         return libm::sqrtf(x);
     }
     let half = 0.5 * x;
-    let mut r = f32::from_bits(0x5F37_5A86 - (x.to_bits() >> 1));
-    r = r * (1.5 - half * r * r);
+    let mut r = f32::from_bits(0x5F37_5A86 - (bits >> 1));
     r = r * (1.5 - half * r * r);
     r = r * (1.5 - half * r * r);
     let root = x * r;
@@ -41,42 +42,37 @@ pub fn sin_cos(x: f32) -> (f32, f32) {
 }
 
 /// ln(1 + x) by ln((1 + s)/(1 − s)) = 2(s + s³/3 + …) with s = x/(2 + x), exact near
-/// x = 0. Within 2e-7 relative for −0.5 ≤ x ≤ 1, where every pole pair of use lies;
+/// x = 0. Within 2e-7 relative for |x| ≤ 0.5, where every pole pair of use lies;
 /// elsewhere the portable routine.
 pub fn ln_1p(x: f32) -> f32 {
-    if !(-0.5..=1.0).contains(&x) {
+    if !(x.abs() <= 0.5) {
         return libm::log1pf(x);
     }
     let s = x / (2.0 + x);
     let z = s * s;
-    let p = 0.333_332_07 + z * (0.200_108_5 + z * (0.139_995_71 + z * 0.140_122_29));
+    let p = 0.333_332_07 + z * (0.200_108_5 + z * (0.139_995_71 + z * 0.140_122_3));
     2.0 * (s + s * z * p)
 }
 
 /// Arc tangent of y/x in (−π, π]. Within 2e-7 relative; 0 for (0, 0), NaN for NaN.
 pub fn atan2(y: f32, x: f32) -> f32 {
-    use core::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
-    let (ax, ay) = (x.abs(), y.abs());
-    let (near, far) = if ay > ax { (ax, ay) } else { (ay, ax) };
-    if !(far > 0.0 && far < f32::INFINITY) {
+    use core::f32::consts::{FRAC_PI_2, PI};
+    let (t, base) = if y.abs() > x.abs() {
+        (-x / y, if y < 0.0 { -FRAC_PI_2 } else { FRAC_PI_2 })
+    } else if x > 0.0 {
+        (y / x, 0.0)
+    } else {
+        (y / x, if y < 0.0 { -PI } else { PI })
+    };
+    // Neither for both 0, nor both infinite, nor NaN.
+    if !(t.abs() <= 1.0) {
         return libm::atan2f(y, x);
     }
-    // tan(π/8): beyond it the angle is taken from the diagonal.
-    let (t, base) = if near > 0.414_213_57 * far {
-        ((near - far) / (near + far), FRAC_PI_4)
-    } else {
-        (near / far, 0.0)
-    };
     let z = t * t;
-    let p = -0.333_329_55 + z * (0.199_779_26 + z * (-0.138_798_5 + z * 0.080_603_08));
-    let mut angle = base + (t + t * z * p);
-    if ay > ax {
-        angle = FRAC_PI_2 - angle;
-    }
-    if x < 0.0 {
-        angle = PI - angle;
-    }
-    if y < 0.0 { -angle } else { angle }
+    let low = -0.333_331_67 + z * (0.199_941_37 + z * (-0.142_142_09 + z * 0.106_789_4));
+    let high = -0.075_805_77 + z * (0.043_553_53 + z * (-0.016_581_18 + z * 0.002_974_59));
+    let z2 = z * z;
+    base + (t + t * z * (low + z2 * z2 * high))
 }
 
 #[cfg(test)]

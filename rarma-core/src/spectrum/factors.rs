@@ -169,7 +169,7 @@ impl<T: Real, const P: usize> FactorTracker<T, P> {
             for _ in 0..SEARCH_RATE {
                 let moved = sweep(a, &mut self.search[..m], T::from_f64(1e3));
                 self.sweeps += 1;
-                if moved.is_finite() && moved < T::from_f64(SETTLED) {
+                if moved < T::from_f64(SETTLED) {
                     adopt(&mut self.factors[..m], &self.search[..m]);
                     self.searching = false;
                     self.unsettled = 0;
@@ -184,7 +184,7 @@ impl<T: Real, const P: usize> FactorTracker<T, P> {
             return Tracking::Searching;
         }
         let moved = sweep(a, &mut self.factors[..m], T::from_f64(LARGEST_STEP));
-        if moved.is_finite() && moved < T::from_f64(SETTLED) {
+        if moved < T::from_f64(SETTLED) {
             self.unsettled = 0;
             return Tracking::Converged;
         }
@@ -253,8 +253,10 @@ fn circle<T: Real, const P: usize>(m: usize, attempt: u32) -> [Quadratic<T>; P] 
     })
 }
 
-/// One sweep over all factors; returns the largest correction, not finite if a
-/// correction was not and has been left out.
+/// One sweep over all factors; returns how far they are off: the sum of the
+/// corrections, and of what the sum of the roots still lacks of −a₁. Without that a
+/// factor far away, which takes the others' corrections down with its size, would
+/// look settled. Not finite if a correction was not; it has been left out then.
 #[inline(always)]
 fn sweep<T: Real>(a: &[T], q: &mut [Quadratic<T>], largest_step: T) -> T {
     let m = q.len();
@@ -264,71 +266,78 @@ fn sweep<T: Real>(a: &[T], q: &mut [Quadratic<T>], largest_step: T) -> T {
         let this = q[k];
         // Synthetic division: A = Q·q_k + b₁·(z − u) + b₀, so that
         // A mod q_k = b₁·z + (b₀ − u·b₁).
-        let (mut b2, mut b1) = (T::ZERO, T::ONE);
-        let (mut last2, mut tail) = (T::ZERO, T::ZERO);
-        let (body, end) = if odd {
+        let (body, tail) = if odd {
             (a, T::ZERO)
         } else {
             (&a[..a.len() - 1], a[a.len() - 1])
         };
-        for &x in body {
+        let (mut b2, mut b1) = (T::ONE, body[0] + this.u);
+        for &x in &body[1..] {
             let b = x + this.u * b1 - this.v * b2;
             b2 = b1;
             b1 = b;
         }
-        last2 += b2;
-        tail += end;
         let remainder = Residue {
-            alpha: tail - this.v * last2,
+            alpha: tail - this.v * b2,
             beta: b1,
         };
-        let mut product = Residue {
-            alpha: T::ONE,
-            beta: T::ZERO,
-        };
+        let mut product: Option<Residue<T>> = None;
         for (j, other) in q.iter().enumerate() {
             if j != k {
                 let difference = Residue {
                     alpha: other.v - this.v,
                     beta: this.u - other.u,
                 };
-                product = this.multiply(product, difference);
+                product = Some(match product {
+                    Some(product) => this.multiply(product, difference),
+                    None => difference,
+                });
             }
         }
-        let norm = product.alpha * product.alpha
-            + product.alpha * product.beta * this.u
-            + product.beta * product.beta * this.v;
+        let product = product.unwrap_or(Residue {
+            alpha: T::ONE,
+            beta: T::ZERO,
+        });
+        // The inverse modulo q_k is the conjugate over the norm.
+        let conjugate = product.alpha + product.beta * this.u;
+        let norm = product.alpha * conjugate + product.beta * product.beta * this.v;
         // Zero where two factors share a root: neither can move by its own step, so
         // this one moves aside and is not settled.
         if norm.abs() <= T::from_f64(1e-30) {
             q[k].u += T::from_f64(ASIDE);
-            moved = moved.max(T::ONE);
+            moved += T::ONE;
             continue;
         }
         let inverse = T::ONE / norm;
         let step = this.multiply(
             remainder,
             Residue {
-                alpha: (product.alpha + product.beta * this.u) * inverse,
+                alpha: conjugate * inverse,
                 beta: -product.beta * inverse,
             },
         );
-        let (du, dv) = (
-            (-step.beta).clamp(-largest_step, largest_step),
-            step.alpha.clamp(-largest_step, largest_step),
-        );
-        let next = Quadratic {
+        let (mut du, mut dv) = (-step.beta, step.alpha);
+        let size = du.abs() + dv.abs();
+        // Also for NaN.
+        if !(size <= largest_step) {
+            if !size.is_finite() {
+                // The factor stays as it was; the caller starts a search.
+                return size;
+            }
+            du = du.clamp(-largest_step, largest_step);
+            dv = dv.clamp(-largest_step, largest_step);
+        }
+        q[k] = Quadratic {
             u: this.u + du,
             v: this.v + dv,
         };
-        if !(next.u + next.v).is_finite() {
-            // The factor stays as it was; the caller starts a search.
-            return next.u + next.v;
-        }
-        q[k] = next;
-        moved = moved.max(du.abs()).max(dv.abs());
+        moved += size;
     }
-    moved
+    let sum = q.iter().fold(T::ZERO, |sum, q| sum + q.u);
+    match a.first() {
+        Some(&a_1) => moved + (sum + a_1).abs(),
+        None => moved,
+    }
 }
 
 /// Takes over found factors in the order that moves the old ones least, so that

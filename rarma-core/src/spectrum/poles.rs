@@ -43,10 +43,20 @@ pub fn modal<T: Real>(factor: &Quadratic<T>, fs: T) -> Option<Modal<T>> {
     };
     let l = (factor.v - T::ONE).ln_1p() * T::from_f64(0.5);
     let theta = im.atan2(re);
-    let r = (l * l + theta * theta).sqrt();
+    // √(l² + θ²) = θ·√(1 + (l/θ)²); next to 1, where damping is light, by its series
+    // as far as the next term, 5/128 of the fourth power, is below the last digit.
+    let ratio = l / theta;
+    let w = ratio * ratio;
+    let single = T::EPSILON > T::from_f64(1e-10);
+    let light = if single { 0.03 } else { 1e-4 };
+    let root = if w < T::from_f64(light) {
+        T::ONE + w * (T::from_f64(0.5) - w * (T::from_f64(0.125) - w * T::from_f64(0.0625)))
+    } else {
+        (T::ONE + w).sqrt()
+    };
     Some(Modal {
-        frequency: fs * r / (T::from_f64(2.0) * T::PI),
-        damping: -l / r,
+        frequency: fs * theta * root * T::from_f64(0.5 / core::f64::consts::PI),
+        damping: -ratio / root,
     })
 }
 
