@@ -168,7 +168,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Watch<T, P, Q, N> 
             tally.not_finite += 1;
             wrong = true;
         }
-        if tally.samples % LOOK == 0 {
+        if tally.samples.is_multiple_of(LOOK) {
             let indefinite = !self.model.covariance().is_definite(N);
             let unstable = !stable(self.model.c());
             tally.indefinite += u64::from(indefinite);

@@ -75,7 +75,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> PlainRpem<T, P, Q,
         for _ in 0..10 {
             for i in 0..N {
                 next[i] = self.theta[i] + gain[i];
-                gain[i] = gain[i] * T::from_f64(0.5);
+                gain[i] *= T::from_f64(0.5);
             }
             if stable(&next[P..]) {
                 self.theta = next;
@@ -114,7 +114,7 @@ fn stable<T: Real>(c: &[T]) -> bool {
     let mut a = [T::ZERO; 32];
     let mut scale = T::ONE;
     for (a, c) in a.iter_mut().zip(c) {
-        scale = scale / T::from_f64(RADIUS);
+        scale /= T::from_f64(RADIUS);
         *a = *c * scale;
     }
     for m in (1..=c.len()).rev() {

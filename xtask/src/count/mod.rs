@@ -119,10 +119,7 @@ pub fn check(table: &Table, path: &std::path::Path) -> Result<()> {
     })?;
     let differences = table.differences_from(&committed);
     if differences.is_empty() {
-        eprintln!(
-            "count: all counts and sizes agree with {}",
-            path.display()
-        );
+        eprintln!("count: all counts and sizes agree with {}", path.display());
         return Ok(());
     }
     Err(
