@@ -6,6 +6,9 @@
 
 pub mod bound;
 pub mod files;
+pub mod health;
+pub mod hostile;
+pub mod plain;
 pub mod process;
 pub mod resources;
 pub mod signal;

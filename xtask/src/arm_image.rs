@@ -4,7 +4,7 @@ use std::fs;
 use std::ops::Range;
 use std::path::Path;
 
-use object::{Object, ObjectSymbol, SymbolKind};
+use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
 
 use crate::{Failure, Result};
 
@@ -17,10 +17,14 @@ pub struct Function {
     pub code: Range<u64>,
 }
 
-/// An image's functions, and whether it logs.
+/// An image's functions with their code, and whether it logs.
 #[derive(Debug, Clone, Default)]
 pub struct ArmImage {
     functions: Vec<Function>,
+    /// Address and bytes of every section with code.
+    text: Vec<(u64, Vec<u8>)>,
+    /// Where code (`true`) and data between it (`false`) begin, by address.
+    marks: Vec<(u64, bool)>,
     has_defmt_log: bool,
 }
 
@@ -50,9 +54,26 @@ impl ArmImage {
             })
             .collect();
         functions.sort_by_key(|function| function.code.start);
+        let text = elf
+            .sections()
+            .filter(|section| section.kind() == SectionKind::Text)
+            .filter_map(|section| Some((section.address(), section.data().ok()?.to_vec())))
+            .collect();
+        // Mapping symbols of the ELF for the ARM architecture: $t code, $d data.
+        let mut marks: Vec<(u64, bool)> = elf
+            .symbols()
+            .filter_map(|symbol| match symbol.name().ok()?.get(..2)? {
+                "$t" => Some((symbol.address(), true)),
+                "$d" => Some((symbol.address(), false)),
+                _ => None,
+            })
+            .collect();
+        marks.sort_unstable();
         let has_defmt_log = elf.section_by_name(".defmt").is_some();
         Ok(Self {
             functions,
+            text,
+            marks,
             has_defmt_log,
         })
     }
@@ -65,6 +86,58 @@ impl ArmImage {
     /// The function of that name.
     pub fn function(&self, name: &str) -> Option<&Function> {
         self.functions.iter().find(|function| function.name == name)
+    }
+
+    /// Every name of the function that begins at an address.
+    pub fn at(&self, address: u64) -> impl Iterator<Item = &Function> {
+        self.functions
+            .iter()
+            .filter(move |function| function.code.start == address)
+    }
+
+    /// The functions that hold at least one of the given addresses.
+    pub fn entered<'a>(&'a self, addresses: &'a [u64]) -> impl Iterator<Item = &'a Function> {
+        self.functions.iter().filter(|function| {
+            addresses
+                .iter()
+                .any(|address| function.code.contains(address))
+        })
+    }
+
+    /// Targets of the calls and of the jumps out of a function, once for each place.
+    pub fn calls(&self, function: &Function) -> Vec<u64> {
+        let mut targets = Vec::new();
+        let mut address = function.code.start;
+        while address + 2 <= function.code.end {
+            let Some(first) = self.halfword(address).filter(|_| self.is_code(address)) else {
+                address += 2;
+                continue;
+            };
+            // Five leading bits above 0b11100: an instruction of two halfwords.
+            if first >> 11 <= 0b11100 {
+                address += 2;
+                continue;
+            }
+            let target = self
+                .halfword(address + 2)
+                .and_then(|second| branch_target(address, first, second));
+            targets.extend(target.filter(|target| !function.code.contains(target)));
+            address += 4;
+        }
+        targets
+    }
+
+    fn halfword(&self, address: u64) -> Option<u16> {
+        self.text.iter().find_map(|(start, bytes)| {
+            let offset = usize::try_from(address.checked_sub(*start)?).ok()?;
+            let halfword = bytes.get(offset..offset + 2)?;
+            Some(u16::from_le_bytes([halfword[0], halfword[1]]))
+        })
+    }
+
+    fn is_code(&self, address: u64) -> bool {
+        let next = self.marks.partition_point(|(start, _)| *start <= address);
+        next > 0 && self.marks[next - 1].1
     }
 
     /// Bytes of all functions that hold at least one of the given addresses.
@@ -85,9 +158,48 @@ impl ArmImage {
     }
 }
 
+/// Target of `bl` and of the wide `b` (encodings T1 and T4 of the ARMv7-M manual), which
+/// every call and every jump to another function is.
+fn branch_target(address: u64, first: u16, second: u16) -> Option<u64> {
+    let is_branch = first & 0xF800 == 0xF000 && matches!(second & 0xD000, 0xD000 | 0x9000);
+    if !is_branch {
+        return None;
+    }
+    let bit = |word: u16, n: u16| i64::from(word >> n & 1);
+    let sign = bit(first, 10);
+    let i1 = 1 - (bit(second, 13) ^ sign);
+    let i2 = 1 - (bit(second, 11) ^ sign);
+    let offset = -(sign << 24)
+        | i1 << 23
+        | i2 << 22
+        | i64::from(first & 0x3FF) << 12
+        | i64::from(second & 0x7FF) << 1;
+    address.checked_add_signed(4 + offset)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn decodes_calls_as_the_disassembler_does() {
+        // 2666c: bl 0x4b708 and 2a: bl 0x8 of a linked image; bx lr is no branch here.
+        assert_eq!(branch_target(0x2666C, 0xF025, 0xF84C), Some(0x4B708));
+        assert_eq!(branch_target(0x2A, 0xF7FF, 0xFFED), Some(0x8));
+        assert_eq!(branch_target(0x2A, 0xF7FF, 0xBFED), Some(0x8));
+        assert_eq!(branch_target(0, 0xED9F, 0x0A00), None);
+    }
+
+    #[test]
+    fn data_between_code_is_no_call() {
+        let call = [0x00, 0xF0, 0x06, 0xF8];
+        let image = ArmImage {
+            text: vec![(0, [call, call].concat())],
+            marks: vec![(0, true), (4, false)],
+            ..ArmImage::default()
+        };
+        assert_eq!(image.calls(&function("f", 0..8)), [0x10]);
+    }
 
     fn function(name: &str, code: Range<u64>) -> Function {
         Function {
@@ -105,7 +217,7 @@ mod tests {
                 function("b", 8..20),
                 function("c", 20..24),
             ],
-            has_defmt_log: false,
+            ..ArmImage::default()
         };
         assert_eq!(image.code_bytes(&[2, 4, 22]), 12);
         assert_eq!(image.code_bytes(&[]), 0);

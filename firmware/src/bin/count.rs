@@ -120,8 +120,11 @@ mod target {
 
     order_kernels! {
         Update21, Roots21, Chain21, 2, 1, 3;
+        Update22, Roots22, Chain22, 2, 2, 4;
         Update43, Roots43, Chain43, 4, 3, 7;
+        Update44, Roots44, Chain44, 4, 4, 8;
         Update65, Roots65, Chain65, 6, 5, 11;
+        Update66, Roots66, Chain66, 6, 6, 12;
         Update87, Roots87, Chain87, 8, 7, 15;
         Update88, Roots88, Chain88, 8, 8, 16;
     }
@@ -150,8 +153,9 @@ mod target {
     }
 
     kernels![
-        Nop, Update21, Update43, Update65, Update87, Update88, Roots21, Roots43, Roots65, Roots87,
-        Roots88, Chain21, Chain43, Chain65, Chain87, Chain88,
+        Nop, Update21, Update22, Update43, Update44, Update65, Update66, Update87, Update88,
+        Roots21, Roots22, Roots43, Roots44, Roots65, Roots66, Roots87, Roots88, Chain21, Chain22,
+        Chain43, Chain44, Chain65, Chain66, Chain87, Chain88,
     ];
 
     /// Counting starts when this executes.

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
+use super::calls::Unwanted;
 use super::plugin::{self, Report};
 use crate::arm_image::ArmImage;
 use crate::fw::{self, Request};
@@ -17,7 +18,7 @@ const BINARY: &str = "count";
 const MARKS: [&str; 2] = ["roi_begin", "roi_end"];
 
 /// One kernel's run, the loop around it included.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Measured {
     /// Samples the kernel was given.
     pub samples: u64,
@@ -31,6 +32,8 @@ pub struct Measured {
     pub stack_bytes: u64,
     /// Size of the kernel's state.
     pub state_bytes: u64,
+    /// Calls that it should not have.
+    pub unwanted: Unwanted,
 }
 
 /// The built image.
@@ -107,6 +110,7 @@ impl CountImage {
             code_bytes: self.image.code_bytes(&report.executed),
             stack_bytes: sizes.stack_bytes,
             state_bytes: sizes.state_bytes,
+            unwanted: Unwanted::find(&self.image, &report.executed),
         })
     }
 

@@ -4,6 +4,7 @@
 //! and `roi_end`. QEMU runs it with the plugin in `tools/m4-cycles`, which counts what is
 //! executed between the two. The kernel `nop` is the empty loop; its counts are subtracted.
 
+mod calls;
 mod image;
 mod plugin;
 pub mod table;
@@ -118,14 +119,11 @@ pub fn check(table: &Table, path: &std::path::Path) -> Result<()> {
     })?;
     let differences = table.differences_from(&committed);
     if differences.is_empty() {
-        eprintln!(
-            "count: all instruction counts agree with {}",
-            path.display()
-        );
+        eprintln!("count: all counts and sizes agree with {}", path.display());
         return Ok(());
     }
     Err(
-        Failure::new(format!("instruction counts differ from {}", path.display()))
+        Failure::new(format!("counts or sizes differ from {}", path.display()))
             .because(format!("\n  {}", differences.join("\n  ")))
             .advise(format!(
                 "if the change is meant: cargo xtask count --markdown {}",
@@ -155,6 +153,7 @@ fn measure(
     }
     let empty = image.measure(&plugin, EMPTY_KERNEL)?;
     let mut rows = Vec::new();
+    let mut unwanted = calls::Unwanted::default();
     for kernel in known
         .iter()
         .filter(|name| *name != EMPTY_KERNEL && (only.is_empty() || only.contains(name)))
@@ -171,7 +170,13 @@ fn measure(
             code_bytes: measured.code_bytes.saturating_sub(empty.code_bytes),
             stack_bytes: measured.stack_bytes.saturating_sub(empty.stack_bytes),
             state_bytes: measured.state_bytes,
+            double_calls: measured.unwanted.double.len() as u64,
+            panic_calls: measured.unwanted.panic.len() as u64,
         });
+        unwanted.add(measured.unwanted);
+    }
+    for line in unwanted.summary() {
+        eprintln!("count: in the sample path: {line}");
     }
     Ok(Table { compiler, rows })
 }

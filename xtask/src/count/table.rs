@@ -10,7 +10,7 @@ pub const END: &str = "<!-- count:end -->";
 /// Greatest relative difference between two counts that count as equal.
 pub const TOLERANCE: f64 = 0.02;
 
-const HEADER: &str = "| kernel | instructions/sample | est. cycles/sample | code bytes | stack bytes | state bytes |";
+const HEADER: &str = "| kernel | instructions/sample | est. cycles/sample | code bytes | stack bytes | state bytes | f64 calls | panic calls |";
 
 /// What a reader must know of the numbers, kept with them.
 const LABEL: &str =
@@ -31,6 +31,23 @@ pub struct Row {
     pub stack_bytes: u64,
     /// Size of its state.
     pub state_bytes: u64,
+    /// Call sites of double precision in what it enters and that can call.
+    pub double_calls: u64,
+    /// Call sites of a panic, likewise.
+    pub panic_calls: u64,
+}
+
+impl Row {
+    /// The whole numbers by name, and how far two may differ and count as equal.
+    fn sizes(&self) -> [(&'static str, u64, f64); 5] {
+        [
+            ("code bytes", self.code_bytes, TOLERANCE),
+            ("stack bytes", self.stack_bytes, TOLERANCE),
+            ("state bytes", self.state_bytes, 0.0),
+            ("f64 calls", self.double_calls, 0.0),
+            ("panic calls", self.panic_calls, 0.0),
+        ]
+    }
 }
 
 /// All kernels, and the compiler that the counts belong to.
@@ -45,18 +62,20 @@ pub struct Table {
 impl Table {
     /// The table and its label.
     pub fn markdown(&self) -> String {
-        let mut text = format!("{HEADER}\n|---|---:|---:|---:|---:|---:|\n");
+        let mut text = format!("{HEADER}\n|---|---:|---:|---:|---:|---:|---:|---:|\n");
         for row in &self.rows {
             // Writing to a String cannot fail.
             let _ = writeln!(
                 text,
-                "| {} | {:.1} | {:.1} | {} | {} | {} |",
+                "| {} | {:.1} | {:.1} | {} | {} | {} | {} | {} |",
                 row.kernel,
                 row.instructions,
                 row.cycles,
                 row.code_bytes,
                 row.stack_bytes,
-                row.state_bytes
+                row.state_bytes,
+                row.double_calls,
+                row.panic_calls
             );
         }
         let _ = writeln!(
@@ -97,22 +116,33 @@ impl Table {
         Ok(Self { compiler, rows })
     }
 
-    /// A line for each instruction count that is off the committed one, or has no partner.
+    /// A line for each count or size that is off the committed one, or has no partner.
     pub fn differences_from(&self, committed: &Self) -> Vec<String> {
         let find =
             |table: &Self, name: &str| table.rows.iter().find(|row| row.kernel == name).cloned();
         let mut lines = Vec::new();
         for was in &committed.rows {
-            match find(self, &was.kernel) {
-                None => lines.push(format!("{}: in the table, but not measured", was.kernel)),
-                Some(is) if differ(is.instructions, was.instructions) => lines.push(format!(
+            let Some(is) = find(self, &was.kernel) else {
+                lines.push(format!("{}: in the table, but not measured", was.kernel));
+                continue;
+            };
+            if differ(is.instructions, was.instructions) {
+                lines.push(format!(
                     "{}: {:.1} instructions/sample, {:.1} in the table ({:+.1} %)",
                     was.kernel,
                     is.instructions,
                     was.instructions,
                     100.0 * (is.instructions / was.instructions - 1.0)
-                )),
-                Some(_) => {}
+                ));
+            }
+            for ((what, is, tolerance), (_, was_size, _)) in is.sizes().into_iter().zip(was.sizes())
+            {
+                if is.abs_diff(was_size) as f64 > tolerance * was_size as f64 {
+                    lines.push(format!(
+                        "{}: {is} {what}, {was_size} in the table",
+                        was.kernel
+                    ));
+                }
             }
         }
         for is in self
@@ -147,7 +177,17 @@ fn split(document: &str) -> Result<(&str, &str, &str), String> {
 
 fn row(line: &str) -> Option<Row> {
     let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();
-    let [kernel, instructions, cycles, code, stack, state] = cells.as_slice() else {
+    let [
+        kernel,
+        instructions,
+        cycles,
+        code,
+        stack,
+        state,
+        double,
+        panic,
+    ] = cells.as_slice()
+    else {
         return None;
     };
     Some(Row {
@@ -157,6 +197,8 @@ fn row(line: &str) -> Option<Row> {
         code_bytes: code.parse().ok()?,
         stack_bytes: stack.parse().ok()?,
         state_bytes: state.parse().ok()?,
+        double_calls: double.parse().ok()?,
+        panic_calls: panic.parse().ok()?,
     })
 }
 
@@ -172,6 +214,8 @@ mod tests {
             code_bytes: 64,
             stack_bytes: 8,
             state_bytes: 4,
+            double_calls: 0,
+            panic_calls: 1,
         };
         Table {
             compiler: "rustc 1.90.0".into(),
@@ -213,6 +257,20 @@ mod tests {
         assert!(table(98.0).differences_from(&table(100.0)).is_empty());
         assert_eq!(table(102.2).differences_from(&table(100.0)).len(), 1);
         assert_eq!(table(97.8).differences_from(&table(100.0)).len(), 1);
+    }
+
+    #[test]
+    fn sizes_and_calls_are_compared() {
+        let with = |change: fn(&mut Row)| {
+            let mut changed = table(100.0);
+            change(&mut changed.rows[0]);
+            changed.differences_from(&table(100.0))
+        };
+        assert!(with(|row| row.code_bytes += 1).is_empty());
+        assert!(with(|row| row.code_bytes += 2)[0].contains("66 code bytes, 64"));
+        assert!(with(|row| row.state_bytes += 1)[0].contains("5 state bytes, 4"));
+        assert!(with(|row| row.double_calls += 1)[0].contains("1 f64 calls, 0"));
+        assert!(with(|row| row.panic_calls = 0)[0].contains("0 panic calls, 1"));
     }
 
     #[test]
