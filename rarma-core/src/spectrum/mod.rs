@@ -3,6 +3,7 @@
 //! Words: *factor*, a real quadratic z² − u·z + v of A; *pole pair*, its two
 //! complex roots; *mode*, a pole pair with its place in time kept.
 
+mod aberth;
 mod density;
 mod factors;
 mod lockin;
