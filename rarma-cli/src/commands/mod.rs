@@ -3,6 +3,7 @@
 mod demo;
 mod estimators;
 mod identify;
+mod lines;
 mod monitor;
 mod order;
 mod psd;
