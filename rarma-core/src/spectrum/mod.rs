@@ -8,8 +8,10 @@ mod density;
 mod factors;
 mod lockin;
 mod poles;
+mod stabilisation;
 
 pub use density::{model_density, welch_density, windowed_density};
 pub use factors::{FactorTracker, Quadratic, Roots, Tracking};
 pub use lockin::{LOCKIN_TAU_S, LockIn};
 pub use poles::{Modal, ModalDeviation, deviation, modal};
+pub use stabilisation::{StabilisationConfig, StabilisationError, Stability, stabilise};
