@@ -1,7 +1,7 @@
 //! Lines: exact without noise, at the bound in noise, refused by cause.
 
 use super::bench::white;
-use super::{FitError, ToneFit, esprit, tones};
+use super::{FitError, Ml, MlConfig, ToneFit, esprit, likelihood, tones};
 use proptest::prelude::*;
 
 /// Σ amplitude·cos(ωt + phase).
@@ -137,6 +137,30 @@ fn refusals_name_their_cause() {
     assert_eq!(fit(&y, 3), FitError::OrderAboveCapacity);
     assert_eq!(fit(&y[..19], 2), FitError::TooFewSamples { needed: 20 });
     assert_eq!(fit(&bad, 1), FitError::NotFinite { index: 9 });
+}
+
+#[test]
+fn likelihood_starts_from_the_subspace_and_from_what_is_given() {
+    // Poles on tones, zeros a little further inside: higher than the likelihood of
+    // the truth pulled in, and the start that is given leads to the same.
+    let (y, ml) = (noisy(4), Ml::new(MlConfig::default()).expect("settings"));
+    let polynomial = |radius: f64| super::bench::pairs(&[(radius, 0.9425), (radius, 1.3)]);
+    let (a, c) = (polynomial(0.999), polynomial(0.95));
+    let near = likelihood::<f64, 5>(&y, &a, &c).expect("stable");
+    let start: Vec<f64> = a.iter().chain(&c).copied().collect();
+    let given = ml.fit_from::<8, 5>(&y, 4, 4, &start).expect("a model");
+    let own = ml.fit::<8, 5>(&y, 4, 4).expect("a model");
+    assert!(given.log_likelihood() > near.log_likelihood + 0.1);
+    assert!(own.log_likelihood() > given.log_likelihood() - 0.5);
+    let error = |start: &[f64]| {
+        ml.fit_from::<8, 5>(&y, 4, 4, start)
+            .map(|_| ())
+            .unwrap_err()
+    };
+    assert_eq!(error(&start[1..]), FitError::OutOfRange);
+    assert_eq!(error(&[f64::NAN; 8]), FitError::OutOfRange);
+    let outside: Vec<f64> = polynomial(1.01).into_iter().chain(c).collect();
+    assert_eq!(error(&outside), FitError::NotStable);
 }
 
 proptest! {
