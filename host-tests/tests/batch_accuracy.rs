@@ -8,13 +8,9 @@
 
 use hal_sim::plant::modal_noise::{ModalNoise, ModalNoiseConfig, NoiseMode};
 use host_tests::bound::{self, model_of};
-use host_tests::signal::white;
 use host_tests::statistics::{quantile, rms};
-use rarma_core::estimate::batch::{
-    ArmaFit, Bound, Ml, MlConfig, Pem, PemConfig, burg, modified_covariance,
-};
+use rarma_core::estimate::batch::{ArmaFit, Bound, Pem, PemConfig};
 use rarma_core::spectrum::{FactorTracker, Roots, modal};
-use std::f64::consts::TAU;
 use std::time::Instant;
 
 const FS: f64 = 5000.0;
@@ -245,76 +241,4 @@ fn single_precision_gives_the_same_model() {
         println!("| {} | {worst:.4} |", case.name());
         assert!(worst > 1e-6 && worst < 0.1, "{}: {worst}", case.name());
     }
-}
-
-/// Both tones found: each within 2 Hz, with ζ below 5 %, by poles of its own.
-fn separated(a: &[f64], fs: f64, tones: [f64; 2]) -> bool {
-    let mut roots = FactorTracker::<f64, 64>::new();
-    if roots.solve(a, 3000).is_none() {
-        return false;
-    }
-    let found: Vec<f64> = roots
-        .factors(a.len())
-        .iter()
-        .filter_map(|factor| modal(factor, fs))
-        .filter(|mode| mode.damping < 0.05)
-        .map(|mode| mode.frequency)
-        .collect();
-    tones
-        .iter()
-        .all(|tone| found.iter().any(|f| (f - tone).abs() < 2.0))
-}
-
-/// Two tones of amplitude 1 in white noise of half their standard deviation.
-fn two_tones(tones: [f64; 2], fs: f64, n: usize, seed: u64) -> Vec<f64> {
-    let phase = 0.37 * seed as f64;
-    white(seed)
-        .take(n)
-        .enumerate()
-        .map(|(k, e)| {
-            let t = k as f64 / fs;
-            let [x, y] = tones.map(|f| TAU * f * t);
-            (x + phase).sin() + (y + 1.7 * phase).sin() + 0.5 * e
-        })
-        .collect()
-}
-
-#[test]
-fn two_tones_apart_are_separated() {
-    let (fs, tones, n, seeds) = (1000.0, [100.0, 180.0], 512, 100);
-    let pem = Pem::new(PemConfig::default()).expect("settings");
-    let hits = (0..seeds)
-        .filter_map(|seed| pem.fit::<11>(&two_tones(tones, fs, n, seed), 6, 5).ok())
-        .filter(|fit| separated(fit.a(), fs, tones))
-        .count();
-    println!("100/180 Hz, fs {fs} Hz, {n} samples, of {seeds} seeds both tones: Pem(6,5) {hits}");
-    assert!(hits >= 95, "{hits}");
-}
-
-/// A limit, held so that the documentation stays true in both directions.
-#[test]
-fn two_close_tones_need_a_long_autoregression() {
-    let (fs, tones, n, seeds) = (1000.0, [150.0, 155.0], 128, 100);
-    let mut hits = [0u32; 4];
-    for seed in 0..seeds {
-        let y = two_tones(tones, fs, n, seed);
-        let pem = Pem::new(PemConfig::default()).expect("settings");
-        let ml = Ml::new(MlConfig::default()).expect("settings");
-        let models = [
-            pem.fit::<20>(&y, 10, 9).map(|fit| fit.a().to_vec()),
-            ml.fit::<20, 12>(&y, 10, 9).map(|fit| fit.a().to_vec()),
-            modified_covariance::<f64, 60>(&y, 40).map(|fit| fit.a().to_vec()),
-            burg::<f64, 60>(&y, 60).map(|fit| fit.a().to_vec()),
-        ];
-        for (hits, model) in hits.iter_mut().zip(models) {
-            *hits += u32::from(model.is_ok_and(|a| separated(&a, fs, tones)));
-        }
-    }
-    println!(
-        "150/155 Hz, fs {fs} Hz, {n} samples, of {seeds} seeds both tones: Pem(10,9) {}, Ml(10,9) {}, modified covariance(40) {}, Burg(60) {}",
-        hits[0], hits[1], hits[2], hits[3]
-    );
-    assert!(hits[0] <= 15 && hits[1] <= 15, "{hits:?}");
-    assert!((15..=60).contains(&hits[2]), "{hits:?}");
-    assert!((3..=35).contains(&hits[3]), "{hits:?}");
 }

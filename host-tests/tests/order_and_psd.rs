@@ -61,6 +61,50 @@ fn order_of_a_sampled_mode_is_chosen() {
 }
 
 #[test]
+fn order_shows_the_modes_of_every_candidate() {
+    let folder = Folder::default();
+    let file = one_mode(&folder, 5000);
+    let found = object("order", &file, "--max 4");
+    let candidates = found["candidates"].as_array().expect("candidates");
+    for candidate in candidates {
+        let p = candidate["order"][0].as_u64().expect("p");
+        let modes = candidate["modes"].as_array().expect("modes");
+        assert!(modes.len() as u64 <= p / 2, "{candidate}");
+        for mode in modes {
+            assert!(
+                mode["f"].is_number() && mode["zeta"].is_number(),
+                "{candidate}"
+            );
+            assert!(mode["stable"].is_boolean() && mode["stable_f"].is_boolean());
+        }
+        let true_one = |m: &&Value| (m["f"].as_f64().expect("f") - F_HZ).abs() < 10.0;
+        if p == 2 {
+            assert!(
+                modes
+                    .iter()
+                    .find(true_one)
+                    .is_some_and(|m| m["stable"] == false)
+            );
+        }
+        if candidate["order"] == serde_json::json!([3, 2]) {
+            assert!(
+                modes
+                    .iter()
+                    .find(true_one)
+                    .is_some_and(|m| m["stable"] == true),
+                "{candidate}"
+            );
+        }
+    }
+    let ended = say("order", &file, "--max 3");
+    assert!(
+        ended.stdout.contains("%**") && ended.stdout.contains("Choice by bic"),
+        "{}",
+        ended.stdout
+    );
+}
+
+#[test]
 fn densities_integrate_to_the_variance_and_peak_at_the_mode() {
     let folder = Folder::default();
     let file = one_mode(&folder, 20_000);

@@ -93,8 +93,8 @@ pub struct IdentifyArgs {
     /// The recording.
     #[command(flatten)]
     pub input: InputArgs,
-    /// Orders of A and C, 0 to 30 each.
-    #[arg(long, value_name = "P,Q", value_parser = any_order)]
+    /// Orders of A and C, 0 to 30 each; P to 60 for autoregressive methods.
+    #[arg(long, value_name = "P,Q", value_parser = long_order)]
     pub order: (usize, usize),
     /// Estimator.
     #[arg(long, value_enum, default_value_t = Method::Pem)]
@@ -221,6 +221,11 @@ pub enum Method {
     LeastSquares,
     /// Lattice with geometric-mean reflection coefficients, autoregressive.
     Lattice,
+    /// A from the signal subspace, for close tones; C by the innovations algorithm.
+    Esprit,
+    /// Undamped tones in white noise by maximum likelihood; p is twice their number,
+    /// q is p or 0.
+    Tones,
 }
 
 impl Method {
@@ -236,6 +241,8 @@ impl Method {
             Self::YuleWalker => "yule-walker",
             Self::LeastSquares => "least-squares",
             Self::Lattice => "lattice",
+            Self::Esprit => "esprit",
+            Self::Tones => "tones",
         }
     }
 
@@ -314,8 +321,21 @@ fn stretch(text: &str) -> Result<(f64, f64), String> {
 }
 
 fn any_order(text: &str) -> Result<(usize, usize), String> {
-    let form = || "must have the form P,Q with both from 0 to 30, such as 8,7".to_owned();
+    order_up_to(text, 30)
+}
+
+/// Whether the method goes as far is checked when it is known.
+fn long_order(text: &str) -> Result<(usize, usize), String> {
+    order_up_to(text, 60)
+}
+
+fn order_up_to(text: &str, most: usize) -> Result<(usize, usize), String> {
+    let form =
+        || format!("must have the form P,Q, P from 0 to {most}, Q from 0 to 30, such as 8,7");
     let (p, q) = text.split_once(',').ok_or_else(form)?;
-    let one = |x: &str| x.trim().parse().ok().filter(|n| *n <= 30).ok_or_else(form);
-    Ok((one(p)?, one(q)?))
+    let one = |x: &str, most: usize| {
+        let n = x.trim().parse().ok();
+        n.filter(|n| *n <= most).ok_or_else(form)
+    };
+    Ok((one(p, most)?, one(q, 30)?))
 }

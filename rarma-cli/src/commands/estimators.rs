@@ -1,5 +1,6 @@
 //! The estimators behind `rarma identify` and `rarma order`, by name.
 
+use super::lines;
 use crate::args::Method;
 use rarma_core::estimate::batch::{
     self, ArFit, ArmaFit, Bound, FitError, Ml, MlConfig, Pem, PemConfig,
@@ -10,8 +11,8 @@ use serde::Serialize;
 
 /// Largest p and q.
 pub const MAX_ORDER: usize = 30;
-/// Parameters at most.
-const N: usize = 2 * MAX_ORDER;
+/// Parameters at most, and the largest p of an autoregressive method.
+pub const N: usize = 2 * MAX_ORDER;
 /// States of the exact likelihood at most.
 const R: usize = MAX_ORDER + 1;
 
@@ -33,18 +34,20 @@ pub struct Model {
     pub c: Vec<f64>,
     /// Innovation variance; none where the method leaves it to the residuals.
     pub sigma2: Option<f64>,
-    uncertainty: Uncertainty,
+    pub(super) uncertainty: Uncertainty,
 }
 
 /// Where the standard deviations come from.
 #[derive(Debug, Clone)]
-enum Uncertainty {
+pub(super) enum Uncertainty {
     /// The fit's own covariance.
     Fit(Box<ArmaFit<f64, N>>),
     /// The recursion's covariance.
     Recursion(Box<BoundedArma<f64>>),
     /// The Cramér–Rao bound of the model that was found.
     Bound(usize),
+    /// Tones: they are the modes, and what they leave is the noise.
+    Tones(Box<lines::Tones>),
 }
 
 /// One mode of a model.
@@ -58,6 +61,9 @@ pub struct IdentifiedMode {
     pub zeta: f64,
     /// Standard deviation of it.
     pub zeta_sd: f64,
+    /// Amplitude (peak), input units; of tones only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub amplitude: Option<f64>,
 }
 
 /// Fits a series whose mean has been removed.
@@ -88,6 +94,8 @@ pub fn fit(
             ));
         }
         Method::Iv => return instruments(y, (p, q)).map_err(words),
+        Method::Esprit => return lines::subspace(y, (p, q)).map_err(words),
+        Method::Tones => return lines::tones(y, (p, q)).map_err(words),
     };
     let fit = fit.map_err(words)?;
     Ok(Model {
@@ -107,23 +115,27 @@ fn autoregressive(fit: ArFit<f64, N>) -> Model {
     }
 }
 
-/// A by instrumental variables, C from what A leaves by the innovations algorithm.
+/// A by instrumental variables, C from what A leaves.
 fn instruments(y: &[f64], (p, q): (usize, usize)) -> Result<Model, FitError> {
     let lags = (4 * p).clamp(p, y.len() / 4);
     let fit: ArFit<f64, N> = batch::instrumental_variables(y, p, q, lags)?;
-    let a = fit.a().to_vec();
-    let (c, sigma2) = if q == 0 {
-        (Vec::new(), None)
+    with_moving_average(y, fit.a(), q)
+}
+
+/// A model of a given A, with C from what A leaves by the innovations algorithm.
+pub(super) fn with_moving_average(y: &[f64], a: &[f64], q: usize) -> Result<Model, FitError> {
+    let c = if q == 0 {
+        Vec::new()
     } else {
-        let rest = super::identify::residuals(y, &a, &[]);
+        let rest = super::identify::residuals(y, a, &[]);
         let rows = (4 * q).min(N);
-        let moving = batch::innovations_algorithm::<f64, N>(&rest[p..], q, rows)?;
-        (moving.c().to_vec(), None)
+        let moving = batch::innovations_algorithm::<f64, N>(&rest[a.len()..], q, rows)?;
+        moving.c().to_vec()
     };
     Ok(Model {
-        a,
+        a: a.to_vec(),
         c,
-        sigma2,
+        sigma2: None,
         uncertainty: Uncertainty::Bound(y.len()),
     })
 }
@@ -162,13 +174,24 @@ fn recursive(
 }
 
 impl Model {
+    /// What the model leaves of the series, where that is not A/C·y.
+    pub fn own_residuals(&self) -> Option<&[f64]> {
+        match &self.uncertainty {
+            Uncertainty::Tones(tones) => Some(tones.residuals()),
+            _ => None,
+        }
+    }
+
     /// Modes sorted by frequency; none if the roots of A are not found.
     pub fn modes(&self, fs: f64) -> Option<Vec<IdentifiedMode>> {
         let p = self.a.len();
         if p == 0 {
             return Some(Vec::new());
         }
-        let mut roots = FactorTracker::<f64, MAX_ORDER>::new();
+        if let Uncertainty::Tones(tones) = &self.uncertainty {
+            return Some(tones.modes(fs));
+        }
+        let mut roots = FactorTracker::<f64, N>::new();
         roots.solve(&self.a, 4000)?;
         let bound = Bound::<f64, N>::of(&self.a, &self.c).ok();
         let mut modes: Vec<IdentifiedMode> = roots
@@ -190,6 +213,7 @@ impl Model {
                         .as_ref()
                         .and_then(|b| b.pole(re, im, fs, *n))
                         .map(|d| (d.frequency, d.damping)),
+                    Uncertainty::Tones(_) => None,
                 };
                 let (f_sd, zeta_sd) = sd.unwrap_or((f64::NAN, f64::NAN));
                 Some(IdentifiedMode {
@@ -197,6 +221,7 @@ impl Model {
                     f_sd,
                     zeta: mode.damping,
                     zeta_sd,
+                    amplitude: None,
                 })
             })
             .collect();

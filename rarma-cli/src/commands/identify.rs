@@ -2,7 +2,7 @@
 
 use super::estimators::{self, IdentifiedMode, Memory};
 use super::monitor::read;
-use crate::args::{Detrend, IdentifyArgs};
+use crate::args::{Detrend, IdentifyArgs, Method};
 use crate::failure::Failure;
 use rarma_core::estimate::batch::{Criteria, Whiteness};
 use serde::Serialize;
@@ -54,6 +54,24 @@ pub(super) fn main(args: &IdentifyArgs) -> Result<u8, Failure> {
             args.order.0
         )));
     }
+    let largest = if args.method.is_autoregressive() {
+        estimators::N
+    } else {
+        estimators::MAX_ORDER
+    };
+    if args.order.0 > largest {
+        return Err(Failure::Usage(format!(
+            "--method {} fits p up to {largest}, not {}",
+            args.method.name(),
+            args.order.0
+        )));
+    }
+    let (p, q) = args.order;
+    if args.method == Method::Tones && (p == 0 || p % 2 == 1 || (q != p && q != 0)) {
+        return Err(Failure::Usage(format!(
+            "--method tones fits p/2 tones: --order must be 2k,2k or 2k,0, not {p},{q}"
+        )));
+    }
     let recording = read(&args.input)?;
     let file = recording.path.display().to_string();
     let found = identify(&recording.samples, recording.fs, args)
@@ -89,6 +107,9 @@ fn show(m: &Identified) {
             100.0 * mode.zeta,
             100.0 * mode.zeta_sd
         );
+        if let Some(amplitude) = mode.amplitude {
+            say!("             amplitude {amplitude:.4e}");
+        }
     }
     say!("  AIC {:.2}  BIC {:.2}  FPE {:.6e}", m.aic, m.bic, m.fpe);
     match m.whiteness_p {
@@ -123,7 +144,11 @@ fn identify_here(series: &[f64], fs: f64, args: &IdentifyArgs) -> Result<Identif
     let (p, q) = args.order;
     let k = p + q;
     let n = series.len();
-    let needed = 2 * k + 10;
+    let needed = if args.method.is_autoregressive() && p > estimators::MAX_ORDER {
+        k + k / 2 + 10
+    } else {
+        2 * k + 10
+    };
     if n < needed {
         return Err(format!(
             "end of data: {n} samples are too few for order {p},{q}, which needs at least {needed} (record longer or choose a lower order)"
@@ -139,19 +164,31 @@ fn identify_here(series: &[f64], fs: f64, args: &IdentifyArgs) -> Result<Identif
         forgetting: args.forgetting,
         random_walk: args.random_walk,
     };
-    let (a, c, own_sigma2, modes) = if k == 0 {
-        (Vec::new(), Vec::new(), Some(variance), Vec::new())
+    let (a, c, own_sigma2, modes, own_residuals) = if k == 0 {
+        (Vec::new(), Vec::new(), Some(variance), Vec::new(), None)
     } else {
         let model = estimators::fit(args.method, &y, args.order, memory)
             .map_err(|why| format!("whole file: {why}"))?;
         let modes = model
             .modes(fs)
             .ok_or("whole file: the roots of A were not found")?;
-        (model.a, model.c, model.sigma2, modes)
+        let rest = model.own_residuals().map(<[f64]>::to_vec);
+        (model.a, model.c, model.sigma2, modes, rest)
     };
     // The first residuals lack their past: they are left out.
-    let errors = residuals(&y, &a, &c);
-    let used = &errors[p.max(q).min(n / 4)..];
+    let lacking = if own_residuals.is_some() {
+        0
+    } else {
+        p.max(q).min(n / 4)
+    };
+    let errors = own_residuals.unwrap_or_else(|| residuals(&y, &a, &c));
+    let used = &errors[lacking..];
+    // A tone has frequency, amplitude and phase, whatever order it is written as.
+    let k = if args.method == Method::Tones {
+        3 * p / 2
+    } else {
+        k
+    };
     let sigma2 = own_sigma2.unwrap_or(used.iter().map(|e| e * e).sum::<f64>() / used.len() as f64);
     let criteria =
         Criteria::of(sigma2, n, k).map_err(|why| format!("whole file: criteria: {why}"))?;

@@ -3,6 +3,7 @@
 mod demo;
 mod estimators;
 mod identify;
+mod lines;
 mod monitor;
 mod order;
 mod psd;
@@ -12,7 +13,7 @@ mod target;
 pub use estimators::IdentifiedMode;
 pub use identify::{Identified, identify};
 pub use monitor::{job, listen};
-pub use order::{Candidate, candidates};
+pub use order::{Candidate, CandidateMode, candidates};
 pub use psd::{Density, density};
 pub use target::on_chip;
 

@@ -4,6 +4,7 @@
 //! conjugate pair or two real roots alike, so a mode that becomes overdamped and
 //! comes back needs no special case. Rate: once a sample, a fixed number of sweeps.
 
+use super::aberth;
 use crate::real::Real;
 
 /// z² − u·z + v: sum u and product v of two roots.
@@ -227,6 +228,10 @@ impl<T: Real, const P: usize> FactorTracker<T, P> {
                     self.unsettled = 0;
                     return Some(n + 1);
                 }
+            }
+            if attempt == 0 && aberth::solve(a, &mut self.factors) {
+                self.unsettled = 0;
+                return Some(sweeps);
             }
         }
         None

@@ -3,12 +3,15 @@
 //! Words: *factor*, a real quadratic z² − u·z + v of A; *pole pair*, its two
 //! complex roots; *mode*, a pole pair with its place in time kept.
 
+mod aberth;
 mod density;
 mod factors;
 mod lockin;
 mod poles;
+mod stabilisation;
 
 pub use density::{model_density, welch_density, windowed_density};
 pub use factors::{FactorTracker, Quadratic, Roots, Tracking};
 pub use lockin::{LOCKIN_TAU_S, LockIn};
 pub use poles::{Modal, ModalDeviation, deviation, modal};
+pub use stabilisation::{StabilisationConfig, StabilisationError, Stability, stabilise};

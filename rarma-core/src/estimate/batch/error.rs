@@ -26,6 +26,15 @@ pub enum FitError {
     Singular,
     /// A polynomial has a root on or outside the unit circle.
     NotStable,
+    /// Input and output have not the same number of samples.
+    DifferentLengths,
+    /// A sample of the input is NaN or infinite.
+    InputNotFinite {
+        /// Its place, from 0.
+        index: usize,
+    },
+    /// The input is constant, or has fewer lines than the model needs.
+    NoExcitation,
     /// A number given besides the series is out of its range.
     OutOfRange,
 }
@@ -42,6 +51,11 @@ impl fmt::Display for FitError {
             Self::Constant => write!(f, "the series is constant"),
             Self::Singular => write!(f, "the series does not determine a model of this order"),
             Self::NotStable => write!(f, "a root lies on or outside the unit circle"),
+            Self::DifferentLengths => write!(f, "input and output differ in length"),
+            Self::InputNotFinite { index } => {
+                write!(f, "sample {index} of the input is not a finite number")
+            }
+            Self::NoExcitation => write!(f, "the input does not excite a model of this order"),
             Self::OutOfRange => write!(f, "a setting is out of its range"),
         }
     }

@@ -8,6 +8,7 @@ use super::pem::{Pem, PemConfig, check};
 use super::polynomial::{reflections, shrink};
 use super::prediction::Orders;
 use super::series::{Accumulator, Series, count, mean};
+use super::starts::from_lines;
 use super::triangle::Triangle;
 use crate::real::Real;
 
@@ -270,6 +271,35 @@ impl<T: Real> Ml<T> {
         p: usize,
         q: usize,
     ) -> Result<ArmaFit<T, N>, FitError> {
+        self.solve::<N, R>(y, p, q, None)
+    }
+
+    /// Fits ARMA(p, q) from a given start only, θ = (a, c).
+    ///
+    /// # Errors
+    /// `NotStable` if A of the start has a root on or outside the circle or C one
+    /// outside `c_radius`, `OutOfRange` if `start` does not hold p + q numbers,
+    /// otherwise see [`FitError`].
+    pub fn fit_from<const N: usize, const R: usize>(
+        &self,
+        y: &[T],
+        p: usize,
+        q: usize,
+        start: &[T],
+    ) -> Result<ArmaFit<T, N>, FitError> {
+        if start.len() != p.saturating_add(q) || start.iter().any(|x| !x.is_finite()) {
+            return Err(FitError::OutOfRange);
+        }
+        self.solve::<N, R>(y, p, q, Some(start))
+    }
+
+    fn solve<const N: usize, const R: usize>(
+        &self,
+        y: &[T],
+        p: usize,
+        q: usize,
+        given: Option<&[T]>,
+    ) -> Result<ArmaFit<T, N>, FitError> {
         let offset = if self.config.with_mean && y.iter().all(|x| x.is_finite()) {
             mean(y)
         } else {
@@ -286,20 +316,45 @@ impl<T: Real> Ml<T> {
             radius: self.config.pem.c_radius,
             with_mean: self.config.with_mean,
         };
-        let start = self.start::<N>(&series, order);
         let limits = Limits {
             tolerance: self.config.pem.tolerance,
             iterations: self.config.pem.iterations,
             residuals: count(series.len()),
         };
-        let mut found = minimise(&problem, start, limits);
-        if start != [T::ZERO; N] && !found.converged {
-            // Second opinion from white noise.
-            let other = minimise(&problem, [T::ZERO; N], limits);
-            if other.cost < found.cost {
-                found = other;
+        let found = match given {
+            Some(given) => {
+                let mut start = [T::ZERO; N];
+                start[..order.n()].copy_from_slice(given);
+                if !problem.inside(&start) {
+                    return Err(FitError::NotStable);
+                }
+                minimise(&problem, start, limits)
             }
-        }
+            None => {
+                let start = self.start::<N>(&series, order);
+                let mut found = minimise(&problem, start, limits);
+                if start != [T::ZERO; N] && !found.converged {
+                    // Second opinion from white noise.
+                    let other = minimise(&problem, [T::ZERO; N], limits);
+                    if other.cost < found.cost {
+                        found = other;
+                    }
+                }
+                if let Some(start) = from_lines::<T, N>(&series, order)
+                    && problem.inside(&start)
+                {
+                    let other = minimise(&problem, start, limits);
+                    let regular = |theta: &[T; N]| {
+                        let triangle: Triangle<T, N> = problem.linearise(theta);
+                        triangle.inverse_normal().is_some()
+                    };
+                    if other.cost < found.cost && regular(&other.theta) {
+                        found = other;
+                    }
+                }
+                found
+            }
+        };
         let run = problem.run(&found.theta).ok_or(FitError::Singular)?;
         let n = series.len();
         let triangle: Triangle<T, N> = problem.linearise(&found.theta);

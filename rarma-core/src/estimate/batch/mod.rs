@@ -8,6 +8,10 @@
 //! * autoregressive: [`yule_walker`], [`burg`], [`geometric_lattice`],
 //!   [`covariance`], [`modified_covariance`], and [`instrumental_variables`] for
 //!   the autoregressive part of an ARMA model;
+//! * the response to a known input: [`arx`], least squares; [`arx_instruments`], for
+//!   noise on the output;
+//! * lines, closer than the Fourier transform resolves: [`esprit`], poles from the
+//!   signal subspace; [`tones`], exact likelihood of undamped ones;
 //! * moving average: [`innovations_algorithm`];
 //! * ARMA: [`Pem`], conditional prediction error, for records; [`Ml`], exact
 //!   likelihood, for short series;
@@ -19,11 +23,15 @@
 //! *instrument*, a signal correlated with the output but not with the noise.
 
 mod ar;
+mod arx;
+mod arx_fit;
 mod bound;
 mod criteria;
 mod delta;
+mod eigen;
 mod error;
 mod fit;
+mod instruments;
 mod kalman;
 mod lattice;
 mod levenberg;
@@ -35,6 +43,8 @@ mod prediction;
 mod regression;
 mod series;
 mod starts;
+mod subspace;
+mod tones;
 mod triangle;
 mod whiteness;
 
@@ -43,9 +53,15 @@ mod ar_tests;
 #[cfg(test)]
 mod arma_tests;
 #[cfg(test)]
+mod arx_tests;
+#[cfg(test)]
 mod bench;
+#[cfg(test)]
+mod lines_tests;
 
 pub use ar::{ArFit, yule_walker};
+pub use arx::{arx, arx_instruments};
+pub use arx_fit::{ArxFit, ArxOrder, Response};
 pub use bound::Bound;
 pub use criteria::Criteria;
 pub use delta::PoleDeviation;
@@ -58,6 +74,8 @@ pub use pem::{Pem, PemConfig};
 pub use prediction::Residuals;
 pub use regression::{covariance, instrumental_variables, modified_covariance};
 pub use series::mean;
+pub use subspace::esprit;
+pub use tones::{Tone, ToneFit, tones};
 pub use whiteness::Whiteness;
 
 /// Longest autoregression that stands in for an ARMA model at a start.

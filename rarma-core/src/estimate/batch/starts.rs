@@ -10,8 +10,10 @@ use super::ar::ArFit;
 use super::polynomial::reflect;
 use super::prediction::{Orders, sum_of_squares};
 use super::series::Series;
+use super::subspace::lines;
 use super::triangle::Triangle;
 use crate::real::Real;
+use crate::spectrum::{FactorTracker, Roots};
 
 /// Innovations of a long autoregression.
 #[derive(Debug, Clone, Copy)]
@@ -153,4 +155,53 @@ pub(super) fn refine<T: Real, const N: usize>(
         last = cost;
     }
     best
+}
+
+/// Half the window of the subspace at a start.
+const HALF: usize = 48;
+/// Radii of the poles at most, and of the zeros over them, at a start from lines.
+const POLE: f64 = 0.999;
+const ZERO: f64 = 0.95;
+
+/// A start for lines in white noise: poles from the subspace, each with a zero at its
+/// angle a little further inside. Tones in noise are such a model, and no long
+/// autoregression leads to it. None for a moving average or too short a series.
+pub(super) fn from_lines<T: Real, const N: usize>(
+    series: &Series<'_, T>,
+    order: Orders,
+) -> Option<[T; N]> {
+    let degree = order.p.min(order.q) / 2 * 2;
+    if degree == 0 || degree > HALF {
+        return None;
+    }
+    let fit: ArFit<T, HALF> = lines::<T, HALF, HALF>(series, degree, T::from_f64(0.36)).ok()?;
+    let mut roots = FactorTracker::<T, HALF>::new();
+    roots.solve(fit.a(), 300)?;
+    let mut theta = [T::ZERO; N];
+    let (a, c) = theta[..order.n()].split_at_mut(order.p);
+    for factor in roots.factors(degree) {
+        let Roots::Pair { re, im } = factor.roots() else {
+            continue;
+        };
+        let radius = (re * re + im * im).sqrt();
+        let pole = radius.min(T::from_f64(POLE));
+        for (polynomial, inside) in [(&mut *a, pole), (&mut *c, pole * T::from_f64(ZERO))] {
+            let u = T::from_f64(2.0) * re * inside / radius;
+            multiply(polynomial, u, inside * inside);
+        }
+    }
+    Some(theta)
+}
+
+/// 1 + Σ aᵢ q⁻ⁱ times 1 − u q⁻¹ + v q⁻²; what exceeds the slice must be 0.
+fn multiply<T: Real>(a: &mut [T], u: T, v: T) {
+    for i in (0..a.len()).rev() {
+        let one = if i > 0 { a[i - 1] } else { T::ONE };
+        let two = match i {
+            0 => T::ZERO,
+            1 => T::ONE,
+            _ => a[i - 2],
+        };
+        a[i] += v * two - u * one;
+    }
 }
