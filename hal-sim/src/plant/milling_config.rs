@@ -2,7 +2,7 @@
 //! structure, timeline.
 
 use super::error::{PlantError, non_negative, positive, require};
-use super::modal::Mode;
+use super::modal::{Mode, ShapedMode};
 use super::process::{Contact, DepthSchedule, ForceNoise, ProcessDamping};
 use core::f64::consts::{PI, TAU};
 
@@ -80,10 +80,16 @@ pub struct MillingConfig {
     pub kn_edge_n_per_m: f64,
     /// Arc of the cut.
     pub engagement: Engagement,
+    /// Diameter of the cutter, m, > 0. Only helix, torsion and workpieces ask for it.
+    pub diameter_m: f64,
+    /// Helix angle of the edges, rad, 0 to below π/2.
+    pub helix_rad: f64,
     /// Modes in x (feed).
     pub modes_x: Vec<Mode>,
     /// Modes in y.
     pub modes_y: Vec<Mode>,
+    /// Modes of any other shape: skew bending, torsion.
+    pub modes_other: Vec<ShapedMode>,
     /// Axial depth over time.
     pub depth: DepthSchedule,
     /// Flank rubbing, if any.
@@ -114,8 +120,11 @@ impl Default for MillingConfig {
             kt_edge_n_per_m: 0.0,
             kn_edge_n_per_m: 0.0,
             engagement: Engagement::SLOT,
+            diameter_m: 0.02,
+            helix_rad: 0.0,
             modes_x: Vec::new(),
             modes_y: Vec::new(),
+            modes_other: Vec::new(),
             depth: DepthSchedule::constant(0.0),
             process_damping: None,
             noise: ForceNoise::default(),
@@ -157,12 +166,39 @@ impl MillingConfig {
         let e = self.engagement;
         require(e.entry_rad >= 0.0 && e.entry_rad < e.exit_rad, "engagement")?;
         require(e.exit_rad <= PI + 1e-9, "engagement")?;
+        positive(self.diameter_m, "diameter_m")?;
+        require((0.0..1.55).contains(&self.helix_rad), "helix_rad")?;
+        for shape in &self.modes_other {
+            shape.validate()?;
+        }
         self.depth.validate()?;
         if let Some(p) = &self.process_damping {
             p.validate()?;
         }
         self.noise.validate()?;
         positive(self.min_step_rate_hz, "min_step_rate_hz")
+    }
+
+    /// All modes with their shapes: x, then y, then the others.
+    #[must_use]
+    pub fn shaped_modes(&self) -> Vec<ShapedMode> {
+        let x = self.modes_x.iter().map(|m| ShapedMode::along_x(*m));
+        let y = self.modes_y.iter().map(|m| ShapedMode::along_y(*m));
+        x.chain(y).chain(self.modes_other.iter().copied()).collect()
+    }
+
+    /// Angle by which the edge at height `z_m` trails its tip, rad.
+    #[must_use]
+    pub fn helix_lag_rad(&self, z_m: f64) -> f64 {
+        2.0 * z_m * self.helix_rad.tan() / self.diameter_m
+    }
+
+    /// Feed during one radian of rotation, m/rad. A cutter that has turned ahead
+    /// by ϑ meets each angle ϑ/Ω earlier, when the feed was this times ϑ shorter:
+    /// so torsion changes the chip.
+    #[must_use]
+    pub fn feed_ahead_m_per_rad(&self) -> f64 {
+        self.feed_per_tooth_m * self.teeth as f64 / TAU
     }
 
     /// Tooth-passing frequency (mean over unequal pitches), Hz.

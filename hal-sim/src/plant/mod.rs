@@ -8,12 +8,14 @@
 //!   noise with exactly known poles (the accuracy bench of the estimators);
 //! * [`process`] what cutting models share, [`milling`] and [`turning`] the
 //!   regenerative cuts;
-//! * [`stability`] limits in closed form, [`growth`] limits from the simulation;
+//! * [`stability`] limits in closed form, [`growth`] limits from the simulation,
+//!   [`delay`] limits and operational damping by semi-discretisation;
 //! * [`resample`], [`sound`] and [`converter`] what a microphone makes of it,
 //!   and [`cut`] a whole scenario with its truth.
 
 pub mod converter;
 pub mod cut;
+pub mod delay;
 pub mod error;
 pub mod growth;
 mod linalg;
