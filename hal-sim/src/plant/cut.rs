@@ -6,7 +6,7 @@ use super::error::{PlantError, positive};
 use super::growth::milling_limit_in_time;
 use super::milling::{Engagement, MillSample, Milling, MillingConfig};
 use super::modal::Mode;
-use super::process::{DepthSchedule, ForceNoise};
+use super::process::{ForceNoise, Schedule};
 use super::sound::{Enclosure, Microphone, MicrophoneConfig, Pickup, Tone};
 use super::stability::milling_limit;
 
@@ -63,7 +63,7 @@ impl Scenario {
                 engagement: Engagement::SLOT,
                 modes_x: vec![Mode::from_stiffness(880.0, 0.03, 2.5e7)],
                 modes_y: vec![Mode::from_stiffness(1240.0, 0.03, 4.0e7)],
-                depth: DepthSchedule::new(&points).unwrap_or_else(|_| DepthSchedule::constant(0.0)),
+                depth: Schedule::new(&points).unwrap_or_else(|_| Schedule::constant(0.0)),
                 noise: ForceNoise {
                     relative: 0.1,
                     background_n: 1.0,
@@ -189,7 +189,12 @@ impl VirtualCut {
         let truth = Truth::of(&scenario.milling)?;
         let length = (scenario.duration_s * scenario.microphone.sample_rate_hz).round() as u64;
         let mill = Milling::new(scenario.milling)?;
-        let microphone = Microphone::new(scenario.microphone, mill.step_rate_hz())?;
+        let rate = mill.fastest_step_rate_hz();
+        let microphone = if mill.config().speed.is_some() {
+            Microphone::timed(scenario.microphone, rate)?
+        } else {
+            Microphone::new(scenario.microphone, rate)?
+        };
         Ok(Self {
             mill,
             microphone,

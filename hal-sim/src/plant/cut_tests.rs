@@ -102,7 +102,7 @@ fn the_limit_agrees_with_the_zero_order_method() {
 fn seeds_repeat_to_the_bit_and_differ() {
     let run = |seed| -> Vec<i32> {
         let mut scenario = Scenario::shipped("chatter-onset", seed).expect("shipped");
-        scenario.milling.depth = DepthSchedule::constant(1e-3);
+        scenario.milling.depth = Schedule::constant(1e-3);
         scenario.duration_s = 0.1;
         VirtualCut::new(scenario)
             .expect("valid")

@@ -3,7 +3,8 @@
 
 use super::error::{PlantError, non_negative, positive, require};
 use super::modal::{Mode, ShapedMode};
-use super::process::{Contact, DepthSchedule, ForceNoise, ProcessDamping};
+use super::process::{Contact, ForceNoise, ProcessDamping, Schedule, Wear};
+use super::workpiece::Workpiece;
 use core::f64::consts::{PI, TAU};
 
 /// Arc of the cut, angles from +y clockwise, 0 ≤ entry < exit ≤ π.
@@ -66,8 +67,11 @@ pub struct MillingConfig {
     pub pitch_rad: Vec<f64>,
     /// Radial runout of each tooth, m; empty: none.
     pub runout_m: Vec<f64>,
-    /// Spindle frequency, Hz, > 0.
+    /// Spindle frequency, Hz, > 0; the nominal one if there is a schedule.
     pub spindle_hz: f64,
+    /// Spindle frequency over time, Hz, if it changes: between half and twice the
+    /// nominal one.
+    pub speed: Option<Schedule>,
     /// Feed per tooth in +x, m, ≥ 0 (mean over the teeth).
     pub feed_per_tooth_m: f64,
     /// Tangential cutting coefficient Kt, N/m², > 0.
@@ -91,7 +95,11 @@ pub struct MillingConfig {
     /// Modes of any other shape: skew bending, torsion.
     pub modes_other: Vec<ShapedMode>,
     /// Axial depth over time.
-    pub depth: DepthSchedule,
+    pub depth: Schedule,
+    /// Stock with its ends and gaps; `None`: material everywhere in the arc.
+    pub workpiece: Option<Workpiece>,
+    /// Wear of the edges.
+    pub wear: Wear,
     /// Flank rubbing, if any.
     pub process_damping: Option<ProcessDamping>,
     /// Broadband excitation.
@@ -114,6 +122,7 @@ impl Default for MillingConfig {
             pitch_rad: Vec::new(),
             runout_m: Vec::new(),
             spindle_hz: 10_000.0 / 60.0,
+            speed: None,
             feed_per_tooth_m: 0.0,
             kt_n_per_m2: 6.0e8,
             kn_n_per_m2: 2.0e8,
@@ -125,7 +134,9 @@ impl Default for MillingConfig {
             modes_x: Vec::new(),
             modes_y: Vec::new(),
             modes_other: Vec::new(),
-            depth: DepthSchedule::constant(0.0),
+            depth: Schedule::constant(0.0),
+            workpiece: None,
+            wear: Wear::default(),
             process_damping: None,
             noise: ForceNoise::default(),
             contact: Contact::Real,
@@ -172,11 +183,43 @@ impl MillingConfig {
             shape.validate()?;
         }
         self.depth.validate()?;
+        if let Some(speed) = &self.speed {
+            let named = |_| PlantError::OutOfRange { name: "speed" };
+            speed.validate().map_err(named)?;
+            require(speed.smallest() >= 0.5 * self.spindle_hz, "speed")?;
+            require(speed.largest() <= 2.0 * self.spindle_hz, "speed")?;
+        }
+        if let Some(piece) = &self.workpiece {
+            piece.validate()?;
+        }
+        self.wear.validate()?;
         if let Some(p) = &self.process_damping {
             p.validate()?;
         }
         self.noise.validate()?;
         positive(self.min_step_rate_hz, "min_step_rate_hz")
+    }
+
+    /// Spindle frequency at time `t` s, Hz.
+    #[must_use]
+    pub fn spindle_at(&self, t: f64) -> f64 {
+        self.speed.as_ref().map_or(self.spindle_hz, |s| s.at(t))
+    }
+
+    /// Lowest spindle frequency there will be, Hz.
+    #[must_use]
+    pub fn slowest_hz(&self) -> f64 {
+        self.speed
+            .as_ref()
+            .map_or(self.spindle_hz, Schedule::smallest)
+    }
+
+    /// Highest spindle frequency there will be, Hz.
+    #[must_use]
+    pub fn fastest_hz(&self) -> f64 {
+        self.speed
+            .as_ref()
+            .map_or(self.spindle_hz, Schedule::largest)
     }
 
     /// All modes with their shapes: x, then y, then the others.

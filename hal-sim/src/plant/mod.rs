@@ -7,7 +7,8 @@
 //! * [`modal`] the linear structure, [`modal_noise`] its response to white
 //!   noise with exactly known poles (the accuracy bench of the estimators);
 //! * [`process`] what cutting models share, [`milling`] and [`turning`] the
-//!   regenerative cuts;
+//!   regenerative cuts, [`workpiece`] what they meet on
+//!   their way;
 //! * [`stability`] limits in closed form, [`growth`] limits from the simulation,
 //!   [`delay`] limits and operational damping by semi-discretisation;
 //! * [`resample`], [`sound`] and [`converter`] what a microphone makes of it,
@@ -28,5 +29,6 @@ pub mod resample;
 pub mod sound;
 pub mod stability;
 pub mod turning;
+pub mod workpiece;
 
 pub use error::PlantError;

@@ -7,7 +7,7 @@
 
 use super::error::{PlantError, non_negative, positive};
 use super::modal::{Mode, ModeBank};
-use super::process::{Contact, DepthSchedule, ForceNoise, ProcessDamping, SmoothNoise};
+use super::process::{Contact, ForceNoise, ProcessDamping, Schedule, SmoothNoise};
 
 /// Configuration of [`Turning`]. SI units.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,7 +23,7 @@ pub struct TurningConfig {
     /// Modes in the direction of the chip thickness.
     pub modes: Vec<Mode>,
     /// Chip width over time.
-    pub width: DepthSchedule,
+    pub width: Schedule,
     /// Flank rubbing, if any; its friction has no direction to act in here.
     pub process_damping: Option<ProcessDamping>,
     /// Broadband excitation.
@@ -199,7 +199,7 @@ mod tests {
             ks_n_per_m2: 2e9,
             edge_n_per_m: 0.0,
             modes: vec![MODE],
-            width: DepthSchedule::constant(width_m),
+            width: Schedule::constant(width_m),
             process_damping: None,
             noise: ForceNoise::default(),
             contact: Contact::Linear,
@@ -245,7 +245,7 @@ mod tests {
         assert!((last.position_m / want - 1.0).abs() < 1e-3);
         assert!((last.chip_m / 1e-4 - 1.0).abs() < 1e-3);
 
-        config.width = DepthSchedule::constant(1.5 * limit);
+        config.width = Schedule::constant(1.5 * limit);
         let mut wild = Turning::new(config).expect("valid");
         let q: Vec<TurnSample> = (0..200_000).map(|_| wild.step()).collect();
         let early = rms(&q[100_000..150_000]

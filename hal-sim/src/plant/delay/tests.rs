@@ -1,7 +1,7 @@
 use super::*;
 use crate::plant::milling::{Engagement, MillingConfig};
 use crate::plant::modal::Mode;
-use crate::plant::process::{Contact, DepthSchedule, ForceNoise, ProcessDamping};
+use crate::plant::process::{Contact, ForceNoise, ProcessDamping, Schedule};
 use crate::plant::turning::TurningConfig;
 use core::f64::consts::TAU;
 use nalgebra::Complex;
@@ -15,7 +15,7 @@ fn lathe(rpm: f64) -> TurningConfig {
         ks_n_per_m2: 2e9,
         edge_n_per_m: 0.0,
         modes: vec![MODE],
-        width: DepthSchedule::constant(0.0),
+        width: Schedule::constant(0.0),
         process_damping: None,
         noise: ForceNoise::default(),
         contact: Contact::Linear,
