@@ -34,6 +34,8 @@ pub enum Command {
     Order(OrderArgs),
     /// Power spectral density of a recording.
     Psd(PsdArgs),
+    /// Cut virtually: a scenario to a recording and what is true of it.
+    Simulate(SimulateArgs),
     /// Let the virtual machine tool cut into chatter and monitor it through the
     /// simulated hardware.
     Demo(DemoArgs),
@@ -187,6 +189,31 @@ pub enum PsdMethod {
     Ar,
     /// ARMA model (prediction error); needs --order P,Q.
     Arma,
+}
+
+/// Options of `simulate`.
+#[derive(Debug, Clone, Args)]
+pub struct SimulateArgs {
+    /// A TOML file, or the name of a shipped scenario.
+    pub scenario: Option<String>,
+    /// Recording to write (WAV).
+    #[arg(long, value_name = "FILE.wav")]
+    pub out: Option<PathBuf>,
+    /// What is true of it (JSON).
+    #[arg(long, value_name = "FILE.json")]
+    pub truth: Option<PathBuf>,
+    /// Seed of everything random; wins over the file's.
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// The truth on standard output as JSON.
+    #[arg(long)]
+    pub json: bool,
+    /// List the shipped scenarios.
+    #[arg(long)]
+    pub list: bool,
+    /// Print the JSON schema of a scenario file.
+    #[arg(long)]
+    pub schema: bool,
 }
 
 /// Options of `demo`.

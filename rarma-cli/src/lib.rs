@@ -17,5 +17,7 @@ pub mod failure;
 pub mod input;
 pub mod record;
 pub mod report;
+pub mod scenario;
+pub mod truth;
 
 pub use failure::Failure;

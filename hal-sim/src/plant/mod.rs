@@ -12,7 +12,8 @@
 //! * [`stability`] limits in closed form, [`growth`] limits from the simulation,
 //!   [`delay`] limits and operational damping by semi-discretisation;
 //! * [`resample`], [`sound`] and [`converter`] what a microphone makes of it,
-//!   and [`cut`] a whole scenario with its truth.
+//!   [`cut`] a whole scenario
+//!   and [`truth`] what is true of it.
 
 pub mod converter;
 pub mod cut;
@@ -28,6 +29,7 @@ pub mod process;
 pub mod resample;
 pub mod sound;
 pub mod stability;
+pub mod truth;
 pub mod turning;
 pub mod workpiece;
 

@@ -7,6 +7,7 @@ mod monitor;
 mod order;
 mod psd;
 mod show;
+mod simulate;
 mod target;
 
 pub use estimators::IdentifiedMode;
@@ -30,6 +31,7 @@ pub fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Identify(args) => identify::main(args),
         Command::Order(args) => order::main(args),
         Command::Psd(args) => psd::main(args),
+        Command::Simulate(args) => simulate::main(args),
         Command::Demo(args) => demo::main(args),
     }
 }

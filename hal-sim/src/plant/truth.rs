@@ -1,0 +1,248 @@
+//! What is true of a cut, whatever an estimator says: the limit, when it is
+//! passed, and the operational damping and frequency at each condition.
+//!
+//! Slow path. Everything comes from the delay equation, nothing from the signal.
+
+use super::cut::Process;
+use super::delay::{Border, DelaySystem, DepthSearch, Root, limit, milling_delay, turning_delay};
+use super::error::PlantError;
+use super::modal::ShapedMode;
+use super::stability::{milling_limit, turning_limit_at};
+
+/// Steps in a period of the fastest mode.
+pub const STEPS_PER_PERIOD: f64 = 60.0;
+/// Where the limit is looked for, relative to the largest depth of the cut.
+const SEARCH: [f64; 2] = [0.01, 4.0];
+/// Instants at which a changing cut is looked at.
+const INSTANTS: usize = 120;
+/// Roots given at each condition, and conditions at most.
+const ROOTS: usize = 4;
+const CONDITIONS: usize = 24;
+
+/// The cut at one instant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Operational {
+    /// Time, s.
+    pub t_s: f64,
+    /// Depth or width, m.
+    pub depth_m: f64,
+    /// Spindle frequency, Hz.
+    pub spindle_hz: f64,
+    /// Dominant roots of the delay equation, the least damped first.
+    pub roots: Vec<Root>,
+}
+
+/// What is true of a cut.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Truth {
+    /// Spindle frequency, Hz; the nominal one if it changes.
+    pub spindle_hz: f64,
+    /// Number of teeth.
+    pub teeth: usize,
+    /// Tooth-passing frequency, Hz.
+    pub tooth_hz: f64,
+    /// Lowest limit at the nominal speed with fresh edges; `None` if there is none
+    /// between 1 % and 4 times the largest depth of the cut.
+    pub limit: Option<Border>,
+    /// The zero-order limit beside it, m, where there is one.
+    pub zero_order_m: Option<f64>,
+    /// When the cut first becomes unstable, s.
+    pub onset_s: Option<f64>,
+    /// When it last stops being so, s.
+    pub end_s: Option<f64>,
+    /// When there is any depth at all, from and to, s.
+    pub cut_s: Option<(f64, f64)>,
+    /// The modes of the structure.
+    pub modes: Vec<ShapedMode>,
+    /// Roots while it cuts.
+    pub operational: Vec<Operational>,
+}
+
+impl Truth {
+    /// Works out the truth of a cut of `duration_s` seconds.
+    ///
+    /// With a workpiece that has gaps, the figures hold for the full arc.
+    ///
+    /// # Errors
+    /// As the validation of the process.
+    pub fn of(process: &Process, duration_s: f64) -> Result<Self, PlantError> {
+        let deepest = process.depth().largest();
+        let rigid = process.modes().is_empty();
+        let border = (deepest > 0.0 && !rigid)
+            .then(|| {
+                let search = DepthSearch {
+                    low_m: SEARCH[0] * deepest,
+                    high_m: SEARCH[1] * deepest,
+                    ratio: 1.08,
+                    tolerance: 1e-4,
+                };
+                limit(&search, |b| delay(process, 0.0, b))
+            })
+            .and_then(Result::ok);
+        let instants = if rigid {
+            Vec::new()
+        } else {
+            instants(process, duration_s)
+        };
+        let mut unstable = Vec::with_capacity(instants.len());
+        let mut last: Option<(Condition, bool)> = None;
+        for &t in &instants {
+            let now = Condition::at(process, t);
+            let state = match last {
+                Some((before, state)) if before == now => state,
+                _ => now.depth_m > 0.0 && delay(process, t, now.depth_m)?.radius() >= 1.0,
+            };
+            last = Some((now, state));
+            unstable.push(state);
+        }
+        let onset = unstable.iter().position(|u| *u);
+        let end = unstable.iter().rposition(|u| *u);
+        let edge = |from: Option<f64>, to: Option<f64>| match (from, to) {
+            (Some(a), Some(b)) => crossing(process, a, b).map(Some),
+            _ => Ok(None),
+        };
+        let before = |i: usize| i.checked_sub(1).map(|i| instants[i]);
+        let onset_s = match onset {
+            Some(0) => Some(0.0),
+            Some(i) => edge(before(i), Some(instants[i]))?,
+            None => None,
+        };
+        let end_s = match end {
+            Some(i) => edge(instants.get(i + 1).copied(), Some(instants[i]))?,
+            None => None,
+        };
+        let cut_s = match process.depth().points() {
+            [(_, b)] => (*b > 0.0).then_some((0.0, duration_s)),
+            _ => process.depth().in_cut_s(),
+        };
+        Ok(Self {
+            spindle_hz: process.spindle_hz(),
+            teeth: process.teeth(),
+            tooth_hz: process.spindle_hz() * process.teeth() as f64,
+            limit: border,
+            zero_order_m: zero_order(process),
+            onset_s,
+            end_s,
+            cut_s,
+            modes: process.modes(),
+            operational: operational(process, &instants)?,
+        })
+    }
+
+    /// Depth of the limit, m.
+    #[must_use]
+    pub fn limit_depth_m(&self) -> Option<f64> {
+        self.limit.map(|l| l.depth_m)
+    }
+
+    /// Chatter frequency at the limit, Hz.
+    #[must_use]
+    pub fn chatter_hz(&self) -> Option<f64> {
+        self.limit.map(|l| l.root.f_hz)
+    }
+}
+
+/// What the delay equation depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Condition {
+    depth_m: f64,
+    spindle_hz: f64,
+    worn: f64,
+}
+
+impl Condition {
+    fn at(process: &Process, t: f64) -> Self {
+        let (spindle_hz, worn) = match process {
+            Process::Milling(c) => (c.spindle_at(t), 1.0 + c.wear.cutting_per_s * t),
+            Process::Turning(c) => (c.spindle_hz, 1.0),
+        };
+        Self {
+            depth_m: process.depth().at(t),
+            spindle_hz,
+            worn,
+        }
+    }
+}
+
+/// The delay equation of a process as it is at time `t` s, at depth `depth_m`.
+///
+/// # Errors
+/// As the validation of the process.
+pub fn delay(process: &Process, t: f64, depth_m: f64) -> Result<DelaySystem, PlantError> {
+    let now = Condition::at(process, t);
+    match process {
+        Process::Milling(c) => {
+            let mut c = (**c).clone();
+            c.spindle_hz = now.spindle_hz;
+            c.speed = None;
+            c.kt_n_per_m2 *= now.worn;
+            c.kn_n_per_m2 *= now.worn;
+            milling_delay(&c, depth_m, STEPS_PER_PERIOD)
+        }
+        Process::Turning(c) => turning_delay(c, depth_m, STEPS_PER_PERIOD),
+    }
+}
+
+fn zero_order(process: &Process) -> Option<f64> {
+    let found = match process {
+        Process::Milling(c) if c.modes_other.is_empty() => milling_limit(c),
+        Process::Milling(_) => return None,
+        Process::Turning(c) => turning_limit_at(&c.modes, c.ks_n_per_m2, c.spindle_hz),
+    };
+    found.ok().map(|l| l.depth_m)
+}
+
+/// The instants at which the condition is looked at: one if nothing changes.
+fn instants(process: &Process, duration_s: f64) -> Vec<f64> {
+    let mut times: Vec<f64> = process.depth().points().iter().map(|p| p.0).collect();
+    let mut changes = times.len() > 1;
+    if let Process::Milling(c) = process {
+        if let Some(speed) = &c.speed {
+            times.extend(speed.points().iter().map(|p| p.0));
+            changes = true;
+        }
+        changes |= c.wear.cutting_per_s > 0.0;
+    }
+    times.push(0.0);
+    if changes {
+        times.extend((1..=INSTANTS).map(|i| duration_s * i as f64 / INSTANTS as f64));
+    }
+    times.retain(|t| (0.0..=duration_s).contains(t));
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    times
+}
+
+/// When the cut, stable at `stable` s and not at `unstable` s, changes, to 0.1 ms.
+fn crossing(process: &Process, mut stable: f64, mut unstable: f64) -> Result<f64, PlantError> {
+    while (unstable - stable).abs() > 1e-4 {
+        let middle = 0.5 * (stable + unstable);
+        let depth = process.depth().at(middle);
+        if depth > 0.0 && delay(process, middle, depth)?.radius() >= 1.0 {
+            unstable = middle;
+        } else {
+            stable = middle;
+        }
+    }
+    Ok(0.5 * (stable + unstable))
+}
+
+fn operational(process: &Process, instants: &[f64]) -> Result<Vec<Operational>, PlantError> {
+    let cutting: Vec<f64> = instants
+        .iter()
+        .copied()
+        .filter(|t| process.depth().at(*t) > 0.0)
+        .collect();
+    let stride = cutting.len().div_ceil(CONDITIONS).max(1);
+    let mut out: Vec<Operational> = Vec::new();
+    for &t_s in cutting.iter().step_by(stride) {
+        let now = Condition::at(process, t_s);
+        out.push(Operational {
+            t_s,
+            depth_m: now.depth_m,
+            spindle_hz: now.spindle_hz,
+            roots: delay(process, t_s, now.depth_m)?.roots(ROOTS),
+        });
+    }
+    Ok(out)
+}
