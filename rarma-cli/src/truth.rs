@@ -87,6 +87,8 @@ pub struct TruthRecord {
     pub end_s: Option<f64>,
     /// Time in the cut, s.
     pub cut_s: Option<[f64; 2]>,
+    /// Times on which a gap of the workpiece lies in front of the cutter, s.
+    pub interrupted_s: Vec<[f64; 2]>,
     /// Roots while it cuts.
     pub operational: Vec<OperationalTruth>,
 }
@@ -137,6 +139,7 @@ impl TruthRecord {
             onset_s: truth.onset_s,
             end_s: truth.end_s,
             cut_s: truth.cut_s.map(|(a, b)| [a, b]),
+            interrupted_s: truth.interrupted_s.iter().map(|(a, b)| [*a, *b]).collect(),
             operational: truth
                 .operational
                 .iter()

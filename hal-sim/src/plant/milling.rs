@@ -50,12 +50,52 @@ struct Cell {
     weight: f64,
 }
 
+/// A mode on its way: shape, step, constants of its equation, state and load.
+#[derive(Clone, Copy, Debug)]
+struct Moving {
+    shape: ShapedMode,
+    step: FohStep,
+    /// 1/m, 2ζω, ω².
+    law: [f64; 3],
+    state: [f64; 2],
+    load: f64,
+}
+
+impl Moving {
+    fn new(shape: ShapedMode, dt: f64) -> Self {
+        let (m, w) = (&shape.mode, shape.mode.omega());
+        Self {
+            step: FohStep::new(m, dt),
+            law: [1.0 / m.mass_kg(), 2.0 * m.zeta * w, w * w],
+            shape,
+            state: [0.0; 2],
+            load: 0.0,
+        }
+    }
+
+    #[inline]
+    fn generalised(&self, force: [f64; 3]) -> f64 {
+        self.shape.x * force[0] + self.shape.y * force[1] + self.shape.turn_rad_per_m * force[2]
+    }
+}
+
 /// Motion of the tool, as the teeth see it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Motion {
     q: [f64; 2],
     v: [f64; 2],
     turn: f64,
+}
+
+impl Motion {
+    #[inline]
+    fn add(&mut self, shape: &ShapedMode, [q, v]: [f64; 2]) {
+        self.q[0] += shape.x * q;
+        self.q[1] += shape.y * q;
+        self.v[0] += shape.x * v;
+        self.v[1] += shape.y * v;
+        self.turn += shape.turn_rad_per_m * q;
+    }
 }
 
 /// What holds for all teeth during one step.
@@ -101,10 +141,7 @@ struct Now {
 #[derive(Clone, Debug)]
 pub struct Milling {
     config: MillingConfig,
-    shapes: Vec<ShapedMode>,
-    steps: Vec<FohStep>,
-    state: Vec<[f64; 2]>,
-    load: Vec<f64>,
+    modes: Vec<Moving>,
     dt: f64,
     spindle_hz: f64,
     cells: Vec<Cell>,
@@ -115,6 +152,7 @@ pub struct Milling {
     runout: Vec<f64>,
     noise: Option<SmoothNoise<4>>,
     feed_per_step: f64,
+    feed_ahead: f64,
     index: u64,
     /// Index and time at which the present speed began.
     since: (u64, f64),
@@ -169,10 +207,8 @@ impl Milling {
         let noisy = config.noise.relative > 0.0 || config.noise.background_n > 0.0;
         let mut out = Self {
             tooth_cell: tooth_cells(&config, count)?,
-            steps: shapes.iter().map(|s| FohStep::new(&s.mode, dt)).collect(),
-            state: vec![[0.0; 2]; shapes.len()],
-            load: vec![0.0; shapes.len()],
-            shapes,
+            modes: shapes.into_iter().map(|s| Moving::new(s, dt)).collect(),
+            feed_ahead: config.feed_ahead_m_per_rad(),
             dt,
             spindle_hz,
             surface: vec![f64::NEG_INFINITY; slices * count],
@@ -231,7 +267,7 @@ impl Milling {
             _ => (x + y, self.config.modes_other.len()),
         };
         if index < count {
-            self.state[from + index] = [q, v];
+            self.modes[from + index].state = [q, v];
         }
     }
 
@@ -252,24 +288,23 @@ impl Milling {
         self.index += 1;
         let t = self.since.1 + (self.index - self.since.0) as f64 * self.dt;
         let now = self.now(t, (self.index % count) as usize);
-        let predicted = self.motion(|step, s, f| step.advance(s, f, f));
-        let (force, _) = self.cut::<false>(&predicted, &now);
-        for i in 0..self.shapes.len() {
-            let load = generalised(&self.shapes[i], force);
-            self.state[i] = self.steps[i].advance(self.state[i], self.load[i], load);
+        let mut predicted = Motion::default();
+        for m in &self.modes {
+            predicted.add(&m.shape, m.step.advance(m.state, m.load, m.load));
         }
-        let motion = self.motion(|_, s, _| s);
+        let (force, _) = self.cut::<false>(&predicted, &now);
+        let mut motion = Motion::default();
+        for m in &mut self.modes {
+            m.state = m.step.advance(m.state, m.load, m.generalised(force));
+            motion.add(&m.shape, m.state);
+        }
         let (force, chip) = self.cut::<true>(&motion, &now);
         let mut acceleration = [0.0; 2];
-        for i in 0..self.shapes.len() {
-            let shape = &self.shapes[i];
-            let load = generalised(shape, force);
-            self.load[i] = load;
-            let (m, w) = (&shape.mode, shape.mode.omega());
-            let [q, v] = self.state[i];
-            let a = load / m.mass_kg() - 2.0 * m.zeta * w * v - w * w * q;
-            acceleration[0] += shape.x * a;
-            acceleration[1] += shape.y * a;
+        for m in &mut self.modes {
+            m.load = m.generalised(force);
+            let a = m.load * m.law[0] - m.law[1] * m.state[1] - m.law[2] * m.state[0];
+            acceleration[0] += m.shape.x * a;
+            acceleration[1] += m.shape.y * a;
         }
         MillSample {
             t,
@@ -294,8 +329,8 @@ impl Milling {
         self.since = (self.index, t);
         self.spindle_hz = wanted;
         self.dt = 1.0 / (wanted * self.cells.len() as f64);
-        for (step, shape) in self.steps.iter_mut().zip(&self.shapes) {
-            *step = FohStep::new(&shape.mode, self.dt);
+        for m in &mut self.modes {
+            m.step = FohStep::new(&m.shape.mode, self.dt);
         }
         if let Some(noise) = &mut self.noise {
             noise.retime(self.config.noise.bandwidth_hz, self.dt);
@@ -332,34 +367,13 @@ impl Milling {
         }
     }
 
-    /// Motion of the tool after `each` has been done to the modes, which stay.
-    #[inline]
-    fn motion(&self, each: impl Fn(&FohStep, [f64; 2], f64) -> [f64; 2]) -> Motion {
-        let mut out = Motion::default();
-        for (((shape, step), s), f) in self
-            .shapes
-            .iter()
-            .zip(&self.steps)
-            .zip(&self.state)
-            .zip(&self.load)
-        {
-            let [q, v] = each(step, *s, *f);
-            out.q[0] += shape.x * q;
-            out.q[1] += shape.y * q;
-            out.v[0] += shape.x * v;
-            out.v[1] += shape.y * v;
-            out.turn += shape.turn_rad_per_m * q;
-        }
-        out
-    }
-
     /// Force and moment on the tool, and the largest chip, for this motion. Leaves
     /// the surface behind if `WRITE`.
     fn cut<const WRITE: bool>(&mut self, m: &Motion, now: &Now) -> ([f64; 3], f64) {
         let count = self.cells.len();
         let linear = self.config.contact == Contact::Linear;
         let radius = 0.5 * self.config.diameter_m;
-        let x = m.q[0] + now.feed - self.config.feed_ahead_m_per_rad() * m.turn;
+        let x = m.q[0] + now.feed - self.feed_ahead * m.turn;
         let mut force = [now.background[0], now.background[1], 0.0];
         let mut chip = 0.0_f64;
         for (slice, lag) in self.slice_lag.iter().enumerate() {
@@ -420,10 +434,6 @@ impl Milling {
             }
         }
     }
-}
-
-fn generalised(shape: &ShapedMode, force: [f64; 3]) -> f64 {
-    shape.x * force[0] + shape.y * force[1] + shape.turn_rad_per_m * force[2]
 }
 
 /// Cell of each tooth at time 0: tooth j trails tooth 0 by the pitches before it.

@@ -87,7 +87,9 @@ fn a_helix_keeps_the_mean_force_and_smooths_it() {
         let mut mill = Milling::new(config).expect("valid");
         let n = 2 * mill.steps_per_tooth();
         // The first revolution still meets the surface that was laid for it.
-        (0..n).for_each(|_| drop(mill.step()));
+        (0..n).for_each(|_| {
+            mill.step();
+        });
         let f: Vec<f64> = (0..n).map(|_| mill.step().force_n[1] / depth).collect();
         let mean = f.iter().sum::<f64>() / n as f64;
         (

@@ -4,10 +4,14 @@
 //! Slow path. Everything comes from the delay equation, nothing from the signal.
 
 use super::cut::Process;
-use super::delay::{Border, DelaySystem, DepthSearch, Root, limit, milling_delay, turning_delay};
+use super::delay::{
+    Border, Crossing, DepthSearch, Root, limit, limit_by, milling_delay, turning_roots,
+};
 use super::error::PlantError;
+use super::milling::{Engagement, MillingConfig, Workpiece};
 use super::modal::ShapedMode;
 use super::stability::{milling_limit, turning_limit_at};
+use core::f64::consts::PI;
 
 /// Steps in a period of the fastest mode.
 pub const STEPS_PER_PERIOD: f64 = 60.0;
@@ -52,6 +56,9 @@ pub struct Truth {
     pub end_s: Option<f64>,
     /// When there is any depth at all, from and to, s.
     pub cut_s: Option<(f64, f64)>,
+    /// Stretches of time on which a gap of the workpiece lies in front of the cutter,
+    /// s: the roots, which hold for the full arc, mean little there.
+    pub interrupted_s: Vec<(f64, f64)>,
     /// The modes of the structure.
     pub modes: Vec<ShapedMode>,
     /// Roots while it cuts.
@@ -76,7 +83,8 @@ impl Truth {
                     ratio: 1.08,
                     tolerance: 1e-4,
                 };
-                limit(&search, |b| delay(process, 0.0, b))
+                let settled = path(process).map_or(0.0, |(piece, speed, _)| piece.x_m[0] / speed);
+                limit_of(process, settled.max(0.0), &search)
             })
             .and_then(Result::ok);
         let instants = if rigid {
@@ -89,8 +97,8 @@ impl Truth {
         for &t in &instants {
             let now = Condition::at(process, t);
             let state = match last {
-                Some((before, state)) if before == now => state,
-                _ => now.depth_m > 0.0 && delay(process, t, now.depth_m)?.radius() >= 1.0,
+                Some((before, state)) if before == now && !entering(process, t) => state,
+                _ => now.depth_m > 0.0 && radius(process, t, now.depth_m)? >= 1.0,
             };
             last = Some((now, state));
             unstable.push(state);
@@ -111,10 +119,15 @@ impl Truth {
             Some(i) => edge(instants.get(i + 1).copied(), Some(instants[i]))?,
             None => None,
         };
-        let cut_s = match process.depth().points() {
+        let deep = match process.depth().points() {
             [(_, b)] => (*b > 0.0).then_some((0.0, duration_s)),
             _ => process.depth().in_cut_s(),
         };
+        let cut_s = deep.and_then(|(from, to)| {
+            let (first, last) = in_stock_s(process);
+            let both = (from.max(first), to.min(last));
+            (both.0 < both.1).then_some(both)
+        });
         Ok(Self {
             spindle_hz: process.spindle_hz(),
             teeth: process.teeth(),
@@ -124,6 +137,7 @@ impl Truth {
             onset_s,
             end_s,
             cut_s,
+            interrupted_s: interrupted(process, duration_s),
             modes: process.modes(),
             operational: operational(process, &instants)?,
         })
@@ -156,30 +170,140 @@ impl Condition {
             Process::Milling(c) => (c.spindle_at(t), 1.0 + c.wear.cutting_per_s * t),
             Process::Turning(c) => (c.spindle_hz, 1.0),
         };
+        let (first, last) = in_stock_s(process);
         Self {
-            depth_m: process.depth().at(t),
+            depth_m: if t > first && t < last {
+                process.depth().at(t)
+            } else {
+                0.0
+            },
             spindle_hz,
             worn,
         }
     }
 }
 
-/// The delay equation of a process as it is at time `t` s, at depth `depth_m`.
+/// Feed speed, m/s, and radius, m, of a cutter that has a workpiece.
+fn path(process: &Process) -> Option<(&Workpiece, f64, f64)> {
+    let Process::Milling(c) = process else {
+        return None;
+    };
+    let piece = c.workpiece.as_ref()?;
+    Some((piece, c.feed_per_tooth_m * c.tooth_hz(), 0.5 * c.diameter_m))
+}
+
+/// When the cutter is in the stock, s: from when its front reaches it until its
+/// axis has left it.
+fn in_stock_s(process: &Process) -> (f64, f64) {
+    path(process).map_or(
+        (f64::NEG_INFINITY, f64::INFINITY),
+        |(piece, speed, radius)| ((piece.x_m[0] - radius) / speed, piece.x_m[1] / speed),
+    )
+}
+
+/// Whether the arc is still growing because the cutter goes into the stock.
+fn entering(process: &Process, t: f64) -> bool {
+    path(process).is_some_and(|(piece, speed, _)| speed * t < piece.x_m[0] + 1e-3)
+}
+
+fn interrupted(process: &Process, duration_s: f64) -> Vec<(f64, f64)> {
+    let Some((piece, speed, radius)) = path(process) else {
+        return Vec::new();
+    };
+    piece
+        .interrupted_m(radius)
+        .into_iter()
+        .map(|(from, to)| ((from / speed).max(0.0), (to / speed).min(duration_s)))
+        .filter(|(from, to)| from < to)
+        .collect()
+}
+
+/// The milling cut as it is at time `t` s.
+fn frozen(c: &MillingConfig, t: f64) -> MillingConfig {
+    let worn = 1.0 + c.wear.cutting_per_s * t;
+    MillingConfig {
+        spindle_hz: c.spindle_at(t),
+        speed: None,
+        kt_n_per_m2: c.kt_n_per_m2 * worn,
+        kn_n_per_m2: c.kn_n_per_m2 * worn,
+        engagement: arc(c, t),
+        ..c.clone()
+    }
+}
+
+/// The `wanted` dominant roots of a process as it is at time `t` s, at depth
+/// `depth_m`, the least damped first.
 ///
 /// # Errors
 /// As the validation of the process.
-pub fn delay(process: &Process, t: f64, depth_m: f64) -> Result<DelaySystem, PlantError> {
-    let now = Condition::at(process, t);
+pub fn roots(
+    process: &Process,
+    t: f64,
+    depth_m: f64,
+    wanted: usize,
+) -> Result<Vec<Root>, PlantError> {
     match process {
         Process::Milling(c) => {
-            let mut c = (**c).clone();
-            c.spindle_hz = now.spindle_hz;
-            c.speed = None;
-            c.kt_n_per_m2 *= now.worn;
-            c.kn_n_per_m2 *= now.worn;
-            milling_delay(&c, depth_m, STEPS_PER_PERIOD)
+            Ok(milling_delay(&frozen(c, t), depth_m, STEPS_PER_PERIOD)?.roots(wanted))
         }
-        Process::Turning(c) => turning_delay(c, depth_m, STEPS_PER_PERIOD),
+        Process::Turning(c) => turning_roots(c, depth_m, wanted),
+    }
+}
+
+/// Largest modulus of a multiplier: from 1 on the cut is unstable.
+fn radius(process: &Process, t: f64, depth_m: f64) -> Result<f64, PlantError> {
+    match process {
+        Process::Milling(c) => {
+            Ok(milling_delay(&frozen(c, t), depth_m, STEPS_PER_PERIOD)?.radius())
+        }
+        Process::Turning(c) => Ok(turning_roots(c, depth_m, 1)?
+            .first()
+            .map_or(0.0, |r| (r.growth_per_s / c.spindle_hz).exp())),
+    }
+}
+
+/// Lowest limit in the range of the search, as the process is at time `t` s.
+///
+/// # Errors
+/// `NoLimit` if there is none there; else as the validation of the process.
+pub fn limit_of(process: &Process, t: f64, search: &DepthSearch) -> Result<Border, PlantError> {
+    match process {
+        Process::Milling(c) => {
+            let c = frozen(c, t);
+            limit(search, |b| milling_delay(&c, b, STEPS_PER_PERIOD))
+        }
+        Process::Turning(c) => {
+            let depth_m = limit_by(search, |b| radius(process, t, b))?;
+            let roots = turning_roots(c, depth_m, 1)?;
+            Ok(Border {
+                depth_m,
+                crossing: Crossing::Hopf,
+                root: *roots.first().ok_or(PlantError::NoLimit)?,
+            })
+        }
+    }
+}
+
+/// The arc while the cutter goes into the stock: only its front is in.
+fn arc(c: &MillingConfig, t: f64) -> Engagement {
+    let full = c.engagement;
+    let Some(piece) = &c.workpiece else {
+        return full;
+    };
+    let ahead = piece.x_m[0] - c.feed_per_tooth_m * c.tooth_hz() * t;
+    let sine = 2.0 * ahead / c.diameter_m;
+    if sine <= 0.0 || sine >= 1.0 {
+        return full;
+    }
+    let edge = sine.asin();
+    let part = Engagement {
+        entry_rad: full.entry_rad.max(edge),
+        exit_rad: full.exit_rad.min(PI - edge),
+    };
+    if part.entry_rad < part.exit_rad {
+        part
+    } else {
+        full
     }
 }
 
@@ -201,7 +325,7 @@ fn instants(process: &Process, duration_s: f64) -> Vec<f64> {
             times.extend(speed.points().iter().map(|p| p.0));
             changes = true;
         }
-        changes |= c.wear.cutting_per_s > 0.0;
+        changes |= c.wear.cutting_per_s > 0.0 || c.workpiece.is_some();
     }
     times.push(0.0);
     if changes {
@@ -217,8 +341,8 @@ fn instants(process: &Process, duration_s: f64) -> Vec<f64> {
 fn crossing(process: &Process, mut stable: f64, mut unstable: f64) -> Result<f64, PlantError> {
     while (unstable - stable).abs() > 1e-4 {
         let middle = 0.5 * (stable + unstable);
-        let depth = process.depth().at(middle);
-        if depth > 0.0 && delay(process, middle, depth)?.radius() >= 1.0 {
+        let depth = Condition::at(process, middle).depth_m;
+        if depth > 0.0 && radius(process, middle, depth)? >= 1.0 {
             unstable = middle;
         } else {
             stable = middle;
@@ -231,17 +355,27 @@ fn operational(process: &Process, instants: &[f64]) -> Result<Vec<Operational>, 
     let cutting: Vec<f64> = instants
         .iter()
         .copied()
-        .filter(|t| process.depth().at(*t) > 0.0)
+        .filter(|t| Condition::at(process, *t).depth_m > 0.0)
         .collect();
-    let stride = cutting.len().div_ceil(CONDITIONS).max(1);
+    // One entry for each stretch on which nothing changes.
+    let mut distinct: Vec<f64> = Vec::new();
+    for &t in &cutting {
+        let same = |last: &f64| {
+            Condition::at(process, *last) == Condition::at(process, t) && !entering(process, *last)
+        };
+        if !distinct.last().is_some_and(same) {
+            distinct.push(t);
+        }
+    }
+    let stride = distinct.len().div_ceil(CONDITIONS).max(1);
     let mut out: Vec<Operational> = Vec::new();
-    for &t_s in cutting.iter().step_by(stride) {
+    for &t_s in distinct.iter().step_by(stride) {
         let now = Condition::at(process, t_s);
         out.push(Operational {
             t_s,
             depth_m: now.depth_m,
             spindle_hz: now.spindle_hz,
-            roots: delay(process, t_s, now.depth_m)?.roots(ROOTS),
+            roots: roots(process, t_s, now.depth_m, ROOTS)?,
         });
     }
     Ok(out)

@@ -58,6 +58,32 @@ impl Workpiece {
         Ok(())
     }
 
+    /// Stretches of the path, m, on which a gap lies in front of a cutter of this
+    /// radius; merged and in order.
+    #[must_use]
+    pub fn interrupted_m(&self, radius_m: f64) -> Vec<(f64, f64)> {
+        let mut out: Vec<(f64, f64)> = self
+            .gaps
+            .iter()
+            .map(|gap| match gap {
+                Gap::Slot { x_m, .. } => (x_m[0] - radius_m, x_m[1]),
+                Gap::Hole { at_m, diameter_m } => {
+                    let half = 0.5 * diameter_m;
+                    (at_m[0] - half - radius_m, at_m[0] + half)
+                }
+            })
+            .collect();
+        out.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut merged: Vec<(f64, f64)> = Vec::new();
+        for (from, to) in out {
+            match merged.last_mut() {
+                Some(last) if from <= last.1 => last.1 = last.1.max(to),
+                _ => merged.push((from, to)),
+            }
+        }
+        merged
+    }
+
     /// Whether there is material at (x, y), m.
     #[inline]
     #[must_use]
@@ -104,6 +130,9 @@ mod tests {
         ] {
             assert_eq!(piece.holds(x, y), there, "{x} {y}");
         }
+        let stretches = piece.interrupted_m(0.005);
+        assert_eq!(stretches.len(), 2);
+        assert!((stretches[0].0 - 0.015).abs() < 1e-12 && (stretches[1].1 - 0.055).abs() < 1e-12);
         let bad = Workpiece {
             x_m: [0.1, 0.0],
             gaps: Vec::new(),

@@ -32,7 +32,7 @@ mod tests;
 pub use limit::{Border, DepthSearch, limit, limit_by};
 pub use milling::milling_delay;
 pub use roots::{Crossing, Root};
-pub use turning::turning_delay;
+pub use turning::{turning_delay, turning_roots};
 
 use super::error::{PlantError, require};
 use super::modal::Mode;

@@ -61,6 +61,34 @@ fn turning_roots_are_those_of_the_characteristic_equation() {
             );
             assert!(root.purity > 0.999, "{root:?}");
         }
+        let exact = turning_roots(&config, b, 3).expect("valid");
+        let stepped = turning_delay(&config, b, 100.0).expect("valid").roots(3);
+        for (x, y) in exact.iter().zip(&stepped) {
+            assert!((x.f_hz - y.f_hz).abs() < 0.1, "{x:?} {y:?}");
+            assert!((x.zeta - y.zeta).abs() < 2e-5, "{x:?} {y:?}");
+        }
+    }
+}
+
+#[test]
+fn turning_with_two_modes_and_rubbing_both_ways() {
+    let mut config = lathe(3000.0);
+    config.modes.push(Mode::from_stiffness(1450.0, 0.03, 2e7));
+    config.process_damping = Some(ProcessDamping {
+        c_n_per_m: 1e6,
+        friction: 0.0,
+        diameter_m: 0.06,
+    });
+    for b in [1e-7, 0.1e-3, 0.3e-3, 1e-3] {
+        let exact = turning_roots(&config, b, 4).expect("valid");
+        let stepped = turning_delay(&config, b, 120.0).expect("valid").roots(4);
+        for (x, y) in exact.iter().zip(&stepped) {
+            assert!(
+                (x.growth_per_s - y.growth_per_s).abs() < 0.3,
+                "{b}: {x:?} {y:?}"
+            );
+        }
+        assert_eq!(exact.len(), 4);
     }
 }
 
