@@ -34,6 +34,8 @@ pub enum Command {
     Order(OrderArgs),
     /// Power spectral density of a recording.
     Psd(PsdArgs),
+    /// Stability lobes of scenarios: limit depth and chatter frequency over speed.
+    Lobes(LobesArgs),
     /// Cut virtually: a scenario to a recording and what is true of it.
     Simulate(SimulateArgs),
     /// Let the virtual machine tool cut into chatter and monitor it through the
@@ -191,6 +193,30 @@ pub enum PsdMethod {
     Arma,
 }
 
+/// Options of `lobes`.
+#[derive(Debug, Clone, Args)]
+pub struct LobesArgs {
+    /// TOML files or names of shipped scenarios; several are overlaid.
+    #[arg(required = true, value_name = "SCENARIO")]
+    pub scenarios: Vec<String>,
+    /// Spindle speeds in 1/min [default: half to one and a half times the scenario's].
+    #[arg(long, value_name = "LO:HI", value_parser = speeds)]
+    pub rpm: Option<(f64, f64)>,
+    /// Number of speeds.
+    #[arg(long, default_value_t = 121,
+          value_parser = |text: &str| text.parse::<usize>().ok().filter(|n| (1..=20_000).contains(n)).ok_or("must lie between 1 and 20000"))]
+    pub speeds: usize,
+    /// Largest depth in mm [default: twice the scenario's].
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    pub max_depth_mm: Option<f64>,
+    /// One JSON object on standard output.
+    #[arg(long)]
+    pub json: bool,
+    /// Write a page with the pictures into this folder.
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
+}
+
 /// Options of `simulate`.
 #[derive(Debug, Clone, Args)]
 pub struct SimulateArgs {
@@ -331,6 +357,13 @@ fn pair(text: &str, separator: char, form: &str) -> Result<(f64, f64), String> {
 fn band(text: &str) -> Result<Band, String> {
     let (low_hz, high_hz) = pair(text, ':', "LO:HI, such as 300:2500")?;
     Ok(Band { low_hz, high_hz })
+}
+
+fn speeds(text: &str) -> Result<(f64, f64), String> {
+    let (low, high) = pair(text, ':', "LO:HI in 1/min, such as 5000:25000")?;
+    (low >= 60.0 && high >= low && high <= 200_000.0)
+        .then_some((low, high))
+        .ok_or("must lie between 60 and 200000, the lower speed first".to_owned())
 }
 
 fn stretch(text: &str) -> Result<(f64, f64), String> {

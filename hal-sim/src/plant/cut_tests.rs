@@ -104,6 +104,7 @@ fn turning_truth_is_the_closed_form() {
             feed_m: 1e-4,
             ks_n_per_m2: 2e9,
             edge_n_per_m: 0.0,
+            nose_radius_m: 0.8e-3,
             modes: vec![Mode::from_stiffness(980.0, 0.02, 11.8e6)],
             width: Schedule::constant(0.3e-3),
             process_damping: None,

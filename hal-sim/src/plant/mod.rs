@@ -11,6 +11,7 @@
 //!   their way;
 //! * [`stability`] limits in closed form, [`growth`] limits from the simulation,
 //!   [`delay`] limits and operational damping by semi-discretisation;
+//! * [`surface`] what the cut leaves on the workpiece;
 //! * [`resample`], [`sound`] and [`converter`] what a microphone makes of it,
 //!   [`cut`] a whole scenario
 //!   and [`truth`] what is true of it.
@@ -29,6 +30,7 @@ pub mod process;
 pub mod resample;
 pub mod sound;
 pub mod stability;
+pub mod surface;
 pub mod truth;
 pub mod turning;
 pub mod workpiece;

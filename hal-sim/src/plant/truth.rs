@@ -83,8 +83,7 @@ impl Truth {
                     ratio: 1.08,
                     tolerance: 1e-4,
                 };
-                let settled = path(process).map_or(0.0, |(piece, speed, _)| piece.x_m[0] / speed);
-                limit_of(process, settled.max(0.0), &search)
+                limit_of(process, f64::INFINITY, &search)
             })
             .and_then(Result::ok);
         let instants = if rigid {
@@ -133,7 +132,7 @@ impl Truth {
             teeth: process.teeth(),
             tooth_hz: process.spindle_hz() * process.teeth() as f64,
             limit: border,
-            zero_order_m: zero_order(process),
+            zero_order_m: zero_order_m(process),
             onset_s,
             end_s,
             cut_s,
@@ -220,9 +219,14 @@ fn interrupted(process: &Process, duration_s: f64) -> Vec<(f64, f64)> {
 
 /// The milling cut as it is at time `t` s.
 fn frozen(c: &MillingConfig, t: f64) -> MillingConfig {
-    let worn = 1.0 + c.wear.cutting_per_s * t;
+    let fresh = !t.is_finite();
+    let worn = if fresh {
+        1.0
+    } else {
+        1.0 + c.wear.cutting_per_s * t
+    };
     MillingConfig {
-        spindle_hz: c.spindle_at(t),
+        spindle_hz: if fresh { c.spindle_hz } else { c.spindle_at(t) },
         speed: None,
         kt_n_per_m2: c.kt_n_per_m2 * worn,
         kn_n_per_m2: c.kn_n_per_m2 * worn,
@@ -262,7 +266,8 @@ fn radius(process: &Process, t: f64, depth_m: f64) -> Result<f64, PlantError> {
     }
 }
 
-/// Lowest limit in the range of the search, as the process is at time `t` s.
+/// Lowest limit in the range of the search, as the process is at time `t` s; an
+/// infinite time means the full arc and fresh edges.
 ///
 /// # Errors
 /// `NoLimit` if there is none there; else as the validation of the process.
@@ -307,10 +312,27 @@ fn arc(c: &MillingConfig, t: f64) -> Engagement {
     }
 }
 
-fn zero_order(process: &Process) -> Option<f64> {
+/// Arc below which the zero-order method misses period doubling, rad.
+const LEAST_ARC_RAD: f64 = 0.9;
+
+/// The zero-order limit, m, where the method is valid: equal straight teeth, modes
+/// along x and y, no rubbing, an arc of at least 0.9 rad.
+#[must_use]
+pub fn zero_order_m(process: &Process) -> Option<f64> {
     let found = match process {
-        Process::Milling(c) if c.modes_other.is_empty() => milling_limit(c),
-        Process::Milling(_) => return None,
+        Process::Milling(c) => {
+            let arc = c.engagement.exit_rad - c.engagement.entry_rad;
+            let valid = c.modes_other.is_empty()
+                && c.pitch_rad.is_empty()
+                && c.helix_rad == 0.0
+                && c.process_damping.is_none()
+                && arc >= LEAST_ARC_RAD;
+            if !valid {
+                return None;
+            }
+            milling_limit(c)
+        }
+        Process::Turning(c) if c.process_damping.is_some() => return None,
         Process::Turning(c) => turning_limit_at(&c.modes, c.ks_n_per_m2, c.spindle_hz),
     };
     found.ok().map(|l| l.depth_m)

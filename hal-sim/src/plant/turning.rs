@@ -20,6 +20,8 @@ pub struct TurningConfig {
     pub ks_n_per_m2: f64,
     /// Edge coefficient, N/m, ≥ 0.
     pub edge_n_per_m: f64,
+    /// Nose radius of the tool, m, > 0; only the surface asks for it.
+    pub nose_radius_m: f64,
     /// Modes in the direction of the chip thickness.
     pub modes: Vec<Mode>,
     /// Chip width over time.
@@ -46,6 +48,7 @@ impl TurningConfig {
         non_negative(self.feed_m, "feed_m")?;
         positive(self.ks_n_per_m2, "ks_n_per_m2")?;
         non_negative(self.edge_n_per_m, "edge_n_per_m")?;
+        positive(self.nose_radius_m, "nose_radius_m")?;
         self.width.validate()?;
         if let Some(p) = &self.process_damping {
             p.validate()?;
@@ -123,6 +126,12 @@ impl Turning {
         })
     }
 
+    /// Steps in a revolution.
+    #[must_use]
+    pub fn steps_per_turn(&self) -> usize {
+        self.surface.len()
+    }
+
     /// Step length, s.
     #[must_use]
     pub fn dt(&self) -> f64 {
@@ -198,6 +207,7 @@ mod tests {
             feed_m: 1e-4,
             ks_n_per_m2: 2e9,
             edge_n_per_m: 0.0,
+            nose_radius_m: 0.8e-3,
             modes: vec![MODE],
             width: Schedule::constant(width_m),
             process_damping: None,

@@ -3,6 +3,7 @@
 mod demo;
 mod estimators;
 mod identify;
+mod lobes;
 mod monitor;
 mod order;
 mod psd;
@@ -12,6 +13,7 @@ mod target;
 
 pub use estimators::IdentifiedMode;
 pub use identify::{Identified, identify};
+pub use lobes::{LobePoint, Lobes, point as lobe_point};
 pub use monitor::{job, listen};
 pub use order::{Candidate, candidates};
 pub use psd::{Density, density};
@@ -31,6 +33,7 @@ pub fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Identify(args) => identify::main(args),
         Command::Order(args) => order::main(args),
         Command::Psd(args) => psd::main(args),
+        Command::Lobes(args) => lobes::main(args),
         Command::Simulate(args) => simulate::main(args),
         Command::Demo(args) => demo::main(args),
     }

@@ -18,7 +18,7 @@ use std::path::Path;
 use toml::de::DeTable;
 
 /// The shipped scenarios: name and text.
-pub const SHIPPED: [(&str, &str); 10] = [
+pub const SHIPPED: [(&str, &str); 11] = [
     (
         "chatter-onset",
         include_str!("../../scenarios/chatter-onset.toml"),
@@ -46,6 +46,10 @@ pub const SHIPPED: [(&str, &str); 10] = [
     (
         "damped-bar",
         include_str!("../../scenarios/damped-bar.toml"),
+    ),
+    (
+        "turning-980",
+        include_str!("../../scenarios/turning-980.toml"),
     ),
     (
         "two-tooth-benchmark",

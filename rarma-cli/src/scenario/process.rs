@@ -206,6 +206,12 @@ fn turning(s: &mut Section<'_>, seed: u64) -> Result<TurningConfig, Refusal> {
         Some(0.0),
         "Edge coefficient, N/mm",
     )?;
+    let nose = s.number(
+        "nose_radius_mm",
+        Allowed::above(0.0, 50.0),
+        Some(0.8),
+        "Nose radius of the tool, mm; for the surface",
+    )?;
     let width = depth(s)?;
     let modes = s.tables(
         "mode",
@@ -223,6 +229,7 @@ fn turning(s: &mut Section<'_>, seed: u64) -> Result<TurningConfig, Refusal> {
         feed_m: feed * MM,
         ks_n_per_m2: ks * N_PER_MM2,
         edge_n_per_m: edge * N_PER_MM,
+        nose_radius_m: nose * MM,
         modes,
         width,
         process_damping: process_damping(s, diameter_m)?,

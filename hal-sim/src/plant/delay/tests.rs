@@ -14,6 +14,7 @@ fn lathe(rpm: f64) -> TurningConfig {
         feed_m: 0.0,
         ks_n_per_m2: 2e9,
         edge_n_per_m: 0.0,
+        nose_radius_m: 0.8e-3,
         modes: vec![MODE],
         width: Schedule::constant(0.0),
         process_damping: None,
