@@ -13,6 +13,7 @@ macro_rules! say {
 pub mod args;
 pub mod collect;
 pub mod commands;
+pub mod ear;
 pub mod failure;
 pub mod input;
 pub mod record;

@@ -1,5 +1,6 @@
 //! One file per command.
 
+mod choose_order;
 mod demo;
 mod estimators;
 mod identify;
@@ -9,6 +10,7 @@ mod order;
 mod psd;
 mod show;
 mod simulate;
+mod sweep;
 mod target;
 
 pub use estimators::IdentifiedMode;
@@ -35,6 +37,8 @@ pub fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Psd(args) => psd::main(args),
         Command::Lobes(args) => lobes::main(args),
         Command::Simulate(args) => simulate::main(args),
+        Command::ChooseOrder(args) => choose_order::main(args),
+        Command::Sweep(args) => sweep::main(args),
         Command::Demo(args) => demo::main(args),
     }
 }
