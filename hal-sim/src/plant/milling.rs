@@ -9,9 +9,10 @@
 //! helix lag; *tip* the radial position of a cutting edge; *Heun* one predictor
 //! and one corrector for the force.
 
-use super::error::{PlantError, require};
+use super::error::PlantError;
 pub use super::milling_config::{Engagement, MillingConfig};
-use super::modal::{FohStep, ShapedMode};
+use super::milling_motion::{Motion, Moving, tooth_cells};
+use super::modal::FohStep;
 use super::process::{Contact, SmoothNoise};
 pub use super::workpiece::{Gap, Workpiece};
 use core::f64::consts::TAU;
@@ -48,54 +49,6 @@ struct Cell {
     sin: f64,
     cos: f64,
     weight: f64,
-}
-
-/// A mode on its way: shape, step, constants of its equation, state and load.
-#[derive(Clone, Copy, Debug)]
-struct Moving {
-    shape: ShapedMode,
-    step: FohStep,
-    /// 1/m, 2ζω, ω².
-    law: [f64; 3],
-    state: [f64; 2],
-    load: f64,
-}
-
-impl Moving {
-    fn new(shape: ShapedMode, dt: f64) -> Self {
-        let (m, w) = (&shape.mode, shape.mode.omega());
-        Self {
-            step: FohStep::new(m, dt),
-            law: [1.0 / m.mass_kg(), 2.0 * m.zeta * w, w * w],
-            shape,
-            state: [0.0; 2],
-            load: 0.0,
-        }
-    }
-
-    #[inline]
-    fn generalised(&self, force: [f64; 3]) -> f64 {
-        self.shape.x * force[0] + self.shape.y * force[1] + self.shape.turn_rad_per_m * force[2]
-    }
-}
-
-/// Motion of the tool, as the teeth see it.
-#[derive(Clone, Copy, Debug, Default)]
-struct Motion {
-    q: [f64; 2],
-    v: [f64; 2],
-    turn: f64,
-}
-
-impl Motion {
-    #[inline]
-    fn add(&mut self, shape: &ShapedMode, [q, v]: [f64; 2]) {
-        self.q[0] += shape.x * q;
-        self.q[1] += shape.y * q;
-        self.v[0] += shape.x * v;
-        self.v[1] += shape.y * v;
-        self.turn += shape.turn_rad_per_m * q;
-    }
 }
 
 /// What holds for all teeth during one step.
@@ -434,26 +387,6 @@ impl Milling {
             }
         }
     }
-}
-
-/// Cell of each tooth at time 0: tooth j trails tooth 0 by the pitches before it.
-fn tooth_cells(config: &MillingConfig, count: usize) -> Result<Vec<usize>, PlantError> {
-    let cell = TAU / count as f64;
-    let mut angle = 0.0;
-    let mut cells = Vec::with_capacity(config.teeth);
-    for j in 0..config.teeth {
-        let lag = (angle / cell).round() as usize % count;
-        cells.push((count - lag) % count);
-        angle += config
-            .pitch_rad
-            .get(j)
-            .copied()
-            .unwrap_or(TAU / config.teeth as f64);
-    }
-    let mut sorted = cells.clone();
-    sorted.sort_unstable();
-    require(sorted.windows(2).all(|w| w[0] != w[1]), "pitch_rad")?;
-    Ok(cells)
 }
 
 #[inline]

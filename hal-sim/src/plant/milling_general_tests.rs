@@ -3,7 +3,7 @@
 
 use super::super::delay::milling_delay;
 use super::super::growth::milling_growth;
-use super::super::modal::Mode;
+use super::super::modal::{Mode, ShapedMode};
 use super::super::process::{ProcessDamping, Schedule, Wear};
 use super::*;
 use core::f64::consts::PI;

@@ -16,6 +16,7 @@
 //!   [`cut`] a whole scenario
 //!   and [`truth`] what is true of it.
 
+mod condition;
 pub mod converter;
 pub mod cut;
 pub mod delay;
@@ -24,6 +25,7 @@ pub mod growth;
 mod linalg;
 pub mod milling;
 mod milling_config;
+mod milling_motion;
 pub mod modal;
 pub mod modal_noise;
 pub mod process;

@@ -80,7 +80,7 @@ fn write(loaded: &Loaded, out: &Path) -> Result<u64, Failure> {
     let mut file = hound::WavWriter::create(out, spec).map_err(failed)?;
     let bar = show::progress(cut.len() as u64, "cutting");
     let mut count = 0;
-    while let Some(reading) = cut.next() {
+    for reading in cut.by_ref() {
         // Codes of fewer bits are aligned to the left: full scale stays full scale.
         file.write_sample(reading.code << (u32::from(container) - bits))
             .map_err(failed)?;

@@ -9,6 +9,7 @@ use crate::ear;
 use crate::failure::Failure;
 use crate::report::chart::{Chart, Mark, Scale, Series, sheet, table};
 use crate::scenario::{self, Loaded};
+use core::f64::consts::PI;
 use hal_sim::plant::cut::Process;
 use hal_sim::plant::error::PlantError;
 use hal_sim::plant::milling::Milling;
@@ -23,8 +24,6 @@ use std::fs;
 /// Revolutions of milling, and of turning, that the surface is taken from.
 const MILLED_TURNS: f64 = 60.0;
 const TURNED_TURNS: usize = 80;
-/// An arc that ends beyond this angle leaves its wall at φ = π, rad.
-const LAST_RAD: f64 = 3.14;
 
 /// One depth.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -167,7 +166,7 @@ fn surface(process: &Process, depth_m: f64) -> Result<Option<Roughness>, PlantEr
             let mut mill = Milling::new((**c).clone())?;
             let turn = c.feed_per_tooth_m * c.teeth as f64;
             // Down-milling leaves its wall at φ = π; a slot is looked at there, too.
-            let wall = if c.engagement.exit_rad > LAST_RAD {
+            let wall = if c.engagement.exit_rad > PI - 1e-6 {
                 Wall::Down
             } else {
                 Wall::Up

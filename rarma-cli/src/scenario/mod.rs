@@ -6,6 +6,9 @@
 mod listen;
 mod process;
 mod reader;
+mod shared;
+mod turning;
+mod value;
 
 pub use listen::BoxHints;
 

@@ -1,23 +1,15 @@
-//! The sections `[milling]` and `[turning]`.
+//! The section `[milling]`, and which of the two kinds of cut a file holds.
 
 use super::reader::{Allowed, Refusal, Section};
+use super::shared::{
+    LENGTH_MM, MM, N_PER_MM, N_PER_MM2, PLACE_MM, SPEED_DOC, SPEED_RPM, bare_mode, depth, noise,
+    process_damping, speed, step_rate,
+};
+use super::turning::turning;
 use hal_sim::plant::cut::Process;
 use hal_sim::plant::milling::{Engagement, Gap, MillingConfig, Workpiece};
-use hal_sim::plant::modal::{Mode, ShapedMode};
-use hal_sim::plant::process::{Contact, ForceNoise, ProcessDamping, Schedule, Wear};
-use hal_sim::plant::turning::TurningConfig;
-
-const MM: f64 = 1e-3;
-const N_PER_MM2: f64 = 1e6;
-const N_PER_MM: f64 = 1e3;
-const N_PER_UM: f64 = 1e6;
-/// Depths and distances, mm.
-const LENGTH_MM: Allowed = Allowed::above(0.0, 1000.0);
-const PLACE_MM: Allowed = Allowed::within(-10_000.0, 10_000.0);
-const DEPTH_MM: Allowed = Allowed::within(0.0, 200.0);
-const TIME_S: Allowed = Allowed::within(0.0, 3600.0);
-const SPEED_RPM: Allowed = Allowed::within(60.0, 200_000.0);
-const SPEED_DOC: &str = "Spindle speed, 1/min; the nominal one if `speed` changes it";
+use hal_sim::plant::modal::ShapedMode;
+use hal_sim::plant::process::{Contact, Wear};
 
 /// One of the two kinds of cut.
 pub(super) fn process(file: &mut Section<'_>, seed: u64) -> Result<Process, Refusal> {
@@ -180,70 +172,6 @@ fn milling(s: &mut Section<'_>, seed: u64) -> Result<MillingConfig, Refusal> {
     })
 }
 
-fn turning(s: &mut Section<'_>, seed: u64) -> Result<TurningConfig, Refusal> {
-    let spindle_hz = s.number("speed_rpm", SPEED_RPM, None, SPEED_DOC)? / 60.0;
-    let diameter_m = s.number(
-        "diameter_mm",
-        LENGTH_MM,
-        None,
-        "Diameter that is turned, mm",
-    )? * MM;
-    let feed = s.number(
-        "feed_mm",
-        Allowed::within(0.0, 5.0),
-        None,
-        "Feed per revolution, mm",
-    )?;
-    let ks = s.number(
-        "ks_n_per_mm2",
-        Allowed::above(0.0, 1e5),
-        None,
-        "Cutting coefficient in the direction of the chip thickness, N/mm²",
-    )?;
-    let edge = s.number(
-        "edge_n_per_mm",
-        Allowed::within(0.0, 1e4),
-        Some(0.0),
-        "Edge coefficient, N/mm",
-    )?;
-    let nose = s.number(
-        "nose_radius_mm",
-        Allowed::above(0.0, 50.0),
-        Some(0.8),
-        "Nose radius of the tool, mm; for the surface",
-    )?;
-    let width = depth(s)?;
-    let modes = s.tables(
-        "mode",
-        "The modes in the direction of the chip thickness; one table each",
-        bare_mode,
-    )?;
-    if modes.is_empty() && !s.describes() {
-        return Err(s.refuse(
-            "mode",
-            "is missing (allowed: at least one table [[turning.mode]])",
-        ));
-    }
-    Ok(TurningConfig {
-        spindle_hz,
-        feed_m: feed * MM,
-        ks_n_per_m2: ks * N_PER_MM2,
-        edge_n_per_m: edge * N_PER_MM,
-        nose_radius_m: nose * MM,
-        modes,
-        width,
-        process_damping: process_damping(s, diameter_m)?,
-        noise: noise(s)?,
-        contact: Contact::Real,
-        min_step_rate_hz: step_rate(s)?,
-        seed,
-    })
-}
-
-fn step_rate(s: &mut Section<'_>) -> Result<f64, Refusal> {
-    s.number("step_rate_hz", Allowed::within(10_000.0, 5e6), Some(192_000.0), "Least integration rate, Hz; at least 50 steps per period of the fastest mode, and not below the sample rate")
-}
-
 fn engagement(s: &mut Section<'_>) -> Result<Engagement, Refusal> {
     let kind = s.choice(
         "cut",
@@ -270,95 +198,6 @@ fn engagement(s: &mut Section<'_>) -> Result<Engagement, Refusal> {
     })
 }
 
-/// A constant `depth_mm`, or a list `depth` of times and depths.
-fn depth(s: &mut Section<'_>) -> Result<Schedule, Refusal> {
-    let (constant, list) = (s.has("depth_mm"), s.has("depth"));
-    let depth = s.number(
-        "depth_mm",
-        DEPTH_MM,
-        Some(0.0),
-        "Axial depth (milling) or width of cut (turning), mm; or give `depth`",
-    )?;
-    let points = s.tables(
-        "depth",
-        "Depth over time instead of `depth_mm`: straight lines between these points",
-        |p| {
-            let t = p.number("t_s", TIME_S, None, "Time, s")?;
-            Ok((
-                t,
-                p.number("depth_mm", DEPTH_MM, None, "Depth then, mm")? * MM,
-            ))
-        },
-    )?;
-    if s.describes() {
-        return Ok(Schedule::constant(0.0));
-    }
-    match (constant, list) {
-        (true, false) => Ok(Schedule::constant(depth * MM)),
-        (false, true) => schedule(s, "depth", &points),
-        (true, true) => Err(s.refuse(
-            "depth",
-            "cannot stand beside depth_mm (allowed: one of the two)",
-        )),
-        (false, false) => Err(s.refuse(
-            "depth_mm",
-            format!(
-                "is missing (allowed: {}, or a list `depth`)",
-                "a number from 0 to 200"
-            ),
-        )),
-    }
-}
-
-fn speed(s: &mut Section<'_>, nominal_hz: f64) -> Result<Option<Schedule>, Refusal> {
-    let points = s.tables("speed", "Spindle speed over time: straight lines between these points, from half to twice `speed_rpm`", |p| {
-        let t = p.number("t_s", TIME_S, None, "Time, s")?;
-        Ok((t, p.number("speed_rpm", SPEED_RPM, None, "Speed then, 1/min")? / 60.0))
-    })?;
-    if points.is_empty() || s.describes() {
-        return Ok(None);
-    }
-    if let Some((_, v)) = points
-        .iter()
-        .find(|(_, v)| *v < 0.5 * nominal_hz || *v > 2.0 * nominal_hz)
-    {
-        return Err(s.refuse(
-            "speed",
-            format!(
-                "reaches {} 1/min (allowed: from half to twice speed_rpm)",
-                60.0 * v
-            ),
-        ));
-    }
-    schedule(s, "speed", &points).map(Some)
-}
-
-fn schedule(s: &Section<'_>, field: &str, points: &[(f64, f64)]) -> Result<Schedule, Refusal> {
-    Schedule::new(points).map_err(|_| {
-        s.refuse(
-            field,
-            "is not in order (allowed: at least one point, times that increase)",
-        )
-    })
-}
-
-fn bare_mode(s: &mut Section<'_>) -> Result<Mode, Refusal> {
-    let f = s.number(
-        "f_hz",
-        Allowed::within(1.0, 20_000.0),
-        None,
-        "Undamped natural frequency, Hz",
-    )?;
-    let zeta = s.number("zeta", Allowed::above(0.0, 0.9), None, "Damping ratio, 1")?;
-    let k = s.number(
-        "stiffness_n_per_um",
-        Allowed::above(0.0, 1e6),
-        None,
-        "Modal stiffness, N/µm",
-    )?;
-    Ok(Mode::from_stiffness(f, zeta, k * N_PER_UM))
-}
-
 fn mode(s: &mut Section<'_>) -> Result<ShapedMode, Refusal> {
     let mode = bare_mode(s)?;
     let shape = Allowed::within(-10.0, 10.0);
@@ -378,59 +217,6 @@ fn mode(s: &mut Section<'_>) -> Result<ShapedMode, Refusal> {
             "How far it turns the cutter in the sense of the spindle, rad/m (torsion)",
         )?,
     })
-}
-
-fn noise(s: &mut Section<'_>) -> Result<ForceNoise, Refusal> {
-    let read = s.table("noise", "Broadband force", |s| {
-        Ok(ForceNoise {
-            relative: s.number(
-                "relative",
-                Allowed::within(0.0, 2.0),
-                Some(0.0),
-                "Standard deviation of the cutting force relative to its value, 1",
-            )?,
-            background_n: s.number(
-                "background_n",
-                Allowed::within(0.0, 1e4),
-                Some(0.0),
-                "Standard deviation of a force that is there even in air, N",
-            )?,
-            bandwidth_hz: s.number(
-                "bandwidth_hz",
-                Allowed::within(10.0, 1e5),
-                Some(8000.0),
-                "Corner of the low-pass both have passed, Hz",
-            )?,
-        })
-    })?;
-    Ok(read.unwrap_or_default())
-}
-
-fn process_damping(
-    s: &mut Section<'_>,
-    diameter_m: f64,
-) -> Result<Option<ProcessDamping>, Refusal> {
-    s.table(
-        "process_damping",
-        "Rubbing of the flank on the waves",
-        |s| {
-            Ok(ProcessDamping {
-                c_n_per_m: s.number(
-                    "c_n_per_m",
-                    Allowed::within(0.0, 1e8),
-                    None,
-                    "C of the force C·(b/V)·velocity, N/m",
-                )?,
-                friction: s.number(
-                    "friction",
-                    Allowed::within(0.0, 2.0),
-                    Some(0.0),
-                    "Tangential over radial part, 1",
-                )?,
-                diameter_m,
-            })
-        },
-    )
 }
 
 fn wear(s: &mut Section<'_>) -> Result<Wear, Refusal> {
@@ -470,7 +256,8 @@ fn workpiece(s: &mut Section<'_>) -> Result<Workpiece, Refusal> {
             side("y_from_mm", Some(-10_000.0))?,
             side("y_to_mm", Some(10_000.0))?,
         ];
-        if !s.describes() && !(x[0] < x[1] && y[0] < y[1]) {
+        let sized = x[0] < x[1] && y[0] < y[1];
+        if !sized && !s.describes() {
             return Err(s.refuse(
                 "to_mm",
                 "is not above from_mm (allowed: rectangles with a size)",

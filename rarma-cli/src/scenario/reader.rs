@@ -5,76 +5,11 @@
 //! section without a file behind it answers every question with its default and
 //! only keeps the description.
 
+pub(super) use super::value::{Allowed, Refusal, Text};
+use super::value::{integer, number, shown};
 use serde_json::{Map, Value, json};
-use std::ops::Range as Span;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
-
-/// What is wrong, and where.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Refusal {
-    pub line: usize,
-    pub field: String,
-    pub what: String,
-}
-
-/// The whole text, for line numbers.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Text<'a>(pub &'a str);
-
-impl Text<'_> {
-    pub(super) fn line(self, span: &Span<usize>) -> usize {
-        let end = span.start.min(self.0.len());
-        1 + self.0.as_bytes()[..end]
-            .iter()
-            .filter(|b| **b == b'\n')
-            .count()
-    }
-}
-
-/// Numbers that are allowed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Allowed {
-    low: f64,
-    high: f64,
-    /// `low` itself is not allowed.
-    open: bool,
-}
-
-impl Allowed {
-    pub(super) const fn within(low: f64, high: f64) -> Self {
-        Self {
-            low,
-            high,
-            open: false,
-        }
-    }
-
-    pub(super) const fn above(low: f64, high: f64) -> Self {
-        Self {
-            low,
-            high,
-            open: true,
-        }
-    }
-
-    fn holds(self, x: f64) -> bool {
-        x <= self.high
-            && if self.open {
-                x > self.low
-            } else {
-                x >= self.low
-            }
-    }
-
-    fn words(self) -> String {
-        if self.open {
-            format!("a number above {} and up to {}", self.low, self.high)
-        } else {
-            format!("a number from {} to {}", self.low, self.high)
-        }
-    }
-}
 
 /// One table of the file.
 #[derive(Debug)]
@@ -408,34 +343,5 @@ impl<'a> Section<'a> {
             "required": self.required,
             "additionalProperties": false,
         })
-    }
-}
-
-fn integer(value: &DeValue<'_>) -> Option<i64> {
-    let i = value.as_integer()?;
-    i64::from_str_radix(&i.as_str().replace('_', ""), i.radix()).ok()
-}
-
-fn number(value: &DeValue<'_>) -> Option<f64> {
-    match value {
-        DeValue::Float(x) => x.as_str().replace('_', "").parse().ok(),
-        _ => integer(value).map(|i| i as f64),
-    }
-}
-
-fn shown(value: &DeValue<'_>) -> String {
-    match value {
-        DeValue::String(s) => {
-            let short: String = s
-                .chars()
-                .take(40)
-                .map(|c| if c == '\n' { ' ' } else { c })
-                .collect();
-            format!("the text \"{short}\"")
-        }
-        DeValue::Integer(i) => i.as_str().to_owned(),
-        DeValue::Float(x) => x.as_str().to_owned(),
-        DeValue::Boolean(b) => b.to_string(),
-        other => format!("a value of type {}", other.type_str()),
     }
 }
