@@ -103,6 +103,30 @@ pub fn audible(roots: &[Root], band: Band, most: f64) -> Vec<Root> {
         .collect()
 }
 
+/// A root belongs to a mode within this part of its frequency.
+const NEIGHBOUR: f64 = 0.12;
+
+/// The least damped root next to each mode of the structure, out of those that can be
+/// heard. Where a revolution holds many vibrations each mode is surrounded by roots,
+/// one every 1/τ; a model of low order cannot tell them apart, and only the first to
+/// lose its damping matters.
+pub fn dominant(process: &Process, roots: &[Root]) -> Vec<Root> {
+    let mut out: Vec<Root> = Vec::new();
+    for mode in process.modes() {
+        let near = roots
+            .iter()
+            .filter(|r| (r.f_hz / mode.mode.f_hz - 1.0).abs() < NEIGHBOUR)
+            .min_by(|a, b| a.zeta.total_cmp(&b.zeta));
+        if let Some(root) = near
+            && !out.contains(root)
+        {
+            out.push(*root);
+        }
+    }
+    out.sort_by(|a, b| a.f_hz.total_cmp(&b.f_hz));
+    out
+}
+
 /// Whether `f` lies on a multiple of the tooth frequency, or of the spindle's where
 /// teeth differ; turning has no forced lines.
 pub fn is_forced(process: &Process, f: f64, f_sd: f64) -> bool {

@@ -24,12 +24,16 @@ use std::path::Path;
 
 /// Roots damped more than this are no vibration that a model of low order finds.
 const MOST_DAMPED: f64 = 0.12;
+/// Roots that are looked for.
+const ROOTS: usize = 24;
 /// A mode within this part of a root's frequency is taken for it.
 const MATCH: f64 = 0.04;
 /// A cut that is unstable at its depth is looked at this part of its limit.
 const STABLE_PART: f64 = 0.8;
-/// A lower order is taken if it is worse by no more than this factor.
-const SIMPLER: f64 = 1.15;
+/// A lower order is taken if its factor is larger by no more than this one.
+const SIMPLER: f64 = 1.05;
+/// Factor that a root not found, or read as growing, counts.
+const MISSED: f64 = 100.0;
 
 /// One candidate, over all runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -38,8 +42,9 @@ pub struct OrderCandidate {
     pub order: [usize; 2],
     /// The box has it.
     pub in_box: bool,
-    /// Mean relative error of ζ over roots and runs; a root not found counts 1.
-    pub zeta_error: f64,
+    /// Factor by which ζ is off, the geometric mean over roots and runs; a root not
+    /// found counts 100.
+    pub zeta_factor: f64,
     /// Mean relative error of f over the roots that were found.
     pub f_error: f64,
     /// Roots not found, over all runs.
@@ -56,9 +61,9 @@ pub(super) fn main(args: &ChooseOrderArgs) -> Result<u8, Failure> {
     let (depth_m, why) = depth(args, &loaded)?;
     let process = &loaded.scenario.process;
     let plant = |why| Failure::Input(format!("{}: {why}", args.scenario));
-    let all = roots(process, f64::INFINITY, depth_m, 8).map_err(plant)?;
+    let all = roots(process, f64::INFINITY, depth_m, ROOTS).map_err(plant)?;
     let band = ear::band(&loaded);
-    let truth = ear::audible(&all, band, MOST_DAMPED);
+    let truth = ear::dominant(process, &ear::audible(&all, band, MOST_DAMPED));
     if truth.is_empty() {
         return Err(Failure::Input(format!(
             "{}: box: no root of the cut with ζ below {MOST_DAMPED} lies in the band {}:{} Hz (choose another band)",
@@ -117,13 +122,13 @@ pub(super) fn main(args: &ChooseOrderArgs) -> Result<u8, Failure> {
     for r in &truth {
         say!("  true root {:8.1} Hz  ζ {:+.3} %", r.f_hz, 100.0 * r.zeta);
     }
-    say!("    p  q   error of ζ   error of f  missed          AIC          FPE");
+    say!("    p  q   ζ off by     error of f  missed          AIC          FPE");
     for c in &candidates {
         say!(
-            "   {:2} {:2}   {:8.1} %   {:8.3} %  {:6}  {:11.1}  {:11.4e}{}{}",
+            "   {:2} {:2}   ×{:8.3}    {:8.3} %  {:6}  {:11.1}  {:11.4e}{}{}",
             c.order[0],
             c.order[1],
-            100.0 * c.zeta_error,
+            c.zeta_factor,
             100.0 * c.f_error,
             c.missed,
             c.aic,
@@ -207,18 +212,18 @@ fn compare(heard: &[Heard], truth: &[Root], max: usize) -> Vec<OrderCandidate> {
             for run in heard {
                 let Some((modes, criteria)) = fit(run, (p, q), max) else {
                     missed += truth.len();
-                    zeta.extend(truth.iter().map(|_| 1.0));
+                    zeta.extend(truth.iter().map(|_| MISSED.ln()));
                     continue;
                 };
                 for r in truth {
                     match nearest(&modes, r.f_hz) {
                         Some(m) => {
-                            zeta.push((m.zeta / r.zeta - 1.0).abs());
+                            zeta.push(off(m.zeta, r.zeta));
                             f.push((m.f / r.f_hz - 1.0).abs());
                         }
                         None => {
                             missed += 1;
-                            zeta.push(1.0);
+                            zeta.push(MISSED.ln());
                         }
                     }
                 }
@@ -230,7 +235,7 @@ fn compare(heard: &[Heard], truth: &[Root], max: usize) -> Vec<OrderCandidate> {
             (fits > 0.0).then(|| OrderCandidate {
                 order: [p, q],
                 in_box: Order::new(p, q).is_some(),
-                zeta_error: mean(&zeta),
+                zeta_factor: mean(&zeta).exp(),
                 f_error: mean(&f),
                 missed,
                 aic: aic / fits,
@@ -275,20 +280,29 @@ fn nearest(modes: &[IdentifiedMode], f: f64) -> Option<IdentifiedMode> {
         .copied()
 }
 
+/// |ln| of the ratio of two dampings.
+fn off(read: f64, truth: f64) -> f64 {
+    if read > 0.0 && truth > 0.0 {
+        (read / truth).ln().abs().min(MISSED.ln())
+    } else {
+        MISSED.ln()
+    }
+}
+
 fn mean(x: &[f64]) -> f64 {
     x.iter().sum::<f64>() / x.len().max(1) as f64
 }
 
-/// The box's order of least error; a lower one if it is hardly worse.
+/// The box's order whose ζ is off least; a lower one if it is hardly worse.
 fn choose(candidates: &[OrderCandidate]) -> Option<&OrderCandidate> {
     let best = candidates
         .iter()
         .filter(|c| c.in_box)
-        .map(|c| c.zeta_error)
+        .map(|c| c.zeta_factor)
         .fold(f64::INFINITY, f64::min);
     candidates
         .iter()
-        .filter(|c| c.in_box && c.zeta_error <= SIMPLER * best)
+        .filter(|c| c.in_box && c.zeta_factor <= SIMPLER * best)
         .min_by_key(|c| c.order[0] + c.order[1])
 }
 
@@ -301,10 +315,10 @@ fn explain(candidates: &[OrderCandidate], chosen: &OrderCandidate) {
     };
     let (aic, fpe) = (by(|c| c.aic), by(|c| c.fpe));
     say!(
-        "Choice: order {},{}: error of ζ {:.1} %, the least in the box or within 15 % of it at the lowest order. AIC asks for {},{}, FPE for {},{}.",
+        "Choice: order {},{}: ζ off by a factor of {:.2}, the least in the box or within 5 % of it at the lowest order. AIC asks for {},{}, FPE for {},{}.",
         chosen.order[0],
         chosen.order[1],
-        100.0 * chosen.zeta_error,
+        chosen.zeta_factor,
         aic[0],
         aic[1],
         fpe[0],
