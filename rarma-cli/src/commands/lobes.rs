@@ -15,7 +15,7 @@ use std::fs;
 
 /// Least depth that is looked at, relative to the largest; ratio of the scan.
 const LEAST: f64 = 0.01;
-const RATIO: f64 = 1.1;
+const RATIO: f64 = 1.04;
 
 /// One speed of a chart.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

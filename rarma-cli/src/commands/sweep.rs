@@ -267,7 +267,9 @@ fn html(all: &[Sweep], args: &SweepArgs) -> String {
     };
     let depth = || Scale::linear("depth (mm)", args.depth_mm.0.min(0.0), args.depth_mm.1);
     let most = 100.0 * over(|p| p.root_zeta).max(over(|p| p.odr)).min(0.06);
-    let damping = Scale::linear("damping ratio (%)", -0.25 * most, 1.05 * most);
+    // Readings beyond the axis are drawn on its edge.
+    let edge = 1.05 * most;
+    let damping = Scale::linear("damping ratio (%)", -0.25 * most, edge);
     let roughest = over(|p| p.ra_um).max(1e-3);
     let finest = all
         .iter()
@@ -295,13 +297,13 @@ fn html(all: &[Sweep], args: &SweepArgs) -> String {
             (p.depth_mm, percent(p.root_zeta))
         }));
         zeta.push(series("read (ODR)", Mark::Dots, &|p| {
-            (p.depth_mm, percent(p.odr))
+            (p.depth_mm, percent(p.odr).min(edge))
         }));
         rough.push(series("Ra", Mark::Dots, &|p| {
             (p.depth_mm, p.ra_um.unwrap_or(f64::NAN))
         }));
         both.push(series("ODR and Ra", Mark::Dots, &|p| {
-            (percent(p.odr), p.ra_um.unwrap_or(f64::NAN))
+            (percent(p.odr).clamp(0.0, edge), p.ra_um.unwrap_or(f64::NAN))
         }));
     }
     let (p, q) = args.order;
@@ -312,7 +314,7 @@ fn html(all: &[Sweep], args: &SweepArgs) -> String {
             y: damping.clone(),
             height: 300.0,
             series: zeta,
-            caption: format!("Line: damping of the dominant root of the delay equation in the band; below 0 the cut is unstable. Dots: least damped mode that is not forced, batch ARMA({p},{q}) over {} s of sound. In chatter the amplitude is limited by the loss of contact and the reading stays at zero. Where a revolution holds many vibrations, neighbouring roots overlap: the reading is their common envelope, far above the dominant root, and falls only near the limit. There it tells the loss of stability, not the margin.", args.seconds),
+            caption: format!("Line: damping of the dominant root of the delay equation in the band; below 0 the cut is unstable. Dots: least damped mode that is not forced, batch ARMA({p},{q}) over {} s of sound; those on the upper edge lie above it. In chatter the amplitude is limited by the loss of contact and the reading stays at zero. Where a revolution holds many vibrations, neighbouring roots overlap: the reading is their common envelope, far above the dominant root, and falls only near the limit. There it tells the loss of stability, not the margin.", args.seconds),
         },
         Chart {
             title: "Roughness".to_owned(),
@@ -324,11 +326,11 @@ fn html(all: &[Sweep], args: &SweepArgs) -> String {
         },
         Chart {
             title: "Roughness against operational damping".to_owned(),
-            x: Scale::linear("ODR (%)", 0.0, 1.05 * most),
+            x: Scale::linear("ODR (%)", 0.0, edge),
             y: ra,
             height: 260.0,
             series: both,
-            caption: "Each dot one depth. The relation is that of this cut: feed, nose radius and stiffness move it.".to_owned(),
+            caption: "Each dot one depth; ODR above the axis is drawn on its right edge, below 0 on its left. The relation is that of this cut: feed, nose radius and stiffness move it.".to_owned(),
         },
     ];
     let mut body: String = charts.iter().map(Chart::figure).collect();
