@@ -14,7 +14,7 @@ pub use listen::BoxHints;
 
 use crate::failure::Failure;
 use hal_sim::plant::cut::Scenario;
-use reader::{Allowed, Refusal, Section, Text};
+use reader::{Allowed, Refusal, Section, Text, unknown};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
@@ -109,12 +109,14 @@ pub fn parse(file: &str, text: &str, seed: Option<u64>) -> Result<Loaded, Failur
         let what = why.message().lines().next().unwrap_or_default();
         Failure::Input(format!("{file}: line {line}: not TOML: {what}"))
     })?;
-    let mut root = Section::root(lines, table.get_ref());
     let refused =
         |r: Refusal| Failure::Input(format!("{file}: line {}: {} {}", r.line, r.field, r.what));
-    let loaded = read(&mut root, seed)
-        .and_then(|loaded| root.finish().map(|()| loaded))
-        .map_err(refused)?;
+    // Unknown names first: a misspelt field is not a missing one.
+    if let Some(refusal) = unknown(lines, table.get_ref(), &schema()) {
+        return Err(refused(refusal));
+    }
+    let mut root = Section::root(lines, table.get_ref());
+    let loaded = read(&mut root, seed).map_err(refused)?;
     // What the plants themselves would refuse, and no single field shows.
     hal_sim::plant::cut::VirtualCut::new(&loaded.scenario)
         .map_err(|why| Failure::Input(format!("{file}: whole file: {why}")))?;

@@ -18,7 +18,6 @@ pub(super) struct Section<'a> {
     path: String,
     line: usize,
     table: Option<&'a DeTable<'a>>,
-    asked: Vec<&'static str>,
     properties: Map<String, Value>,
     required: Vec<&'static str>,
 }
@@ -40,7 +39,6 @@ impl<'a> Section<'a> {
             path,
             line,
             table,
-            asked: Vec::new(),
             properties: Map::new(),
             required: Vec::new(),
         }
@@ -97,7 +95,6 @@ impl<'a> Section<'a> {
         if let Some(object) = schema.as_object_mut() {
             object.insert("description".to_owned(), json!(doc));
         }
-        self.asked.push(field);
         self.properties.insert(field.to_owned(), schema);
         if required {
             self.required.push(field);
@@ -268,7 +265,6 @@ impl<'a> Section<'a> {
             self.describe(field, false, inner.schema(), doc);
             return Ok(Some(value));
         };
-        self.asked.push(field);
         let Some((key, value)) = table.iter().find(|(key, _)| key.get_ref() == field) else {
             return Ok(None);
         };
@@ -278,9 +274,7 @@ impl<'a> Section<'a> {
             .ok_or_else(|| self.wrong(field, value.get_ref(), "a table"))?;
         let line = self.text.line(&key.span());
         let mut section = Section::new(self.text, path, line, Some(inner));
-        let read = read(&mut section)?;
-        section.finish()?;
-        Ok(Some(read))
+        Ok(Some(read(&mut section)?))
     }
 
     /// A list of tables; empty if it is not there.
@@ -298,7 +292,6 @@ impl<'a> Section<'a> {
             self.describe(field, false, schema, doc);
             return Ok(vec![value]);
         }
-        self.asked.push(field);
         let Some(value) = self.found(field) else {
             return Ok(Vec::new());
         };
@@ -311,28 +304,8 @@ impl<'a> Section<'a> {
             let path = format!("{path}[{k}]");
             let mut section = Section::new(self.text, path, line, Some(inner));
             out.push(read(&mut section)?);
-            section.finish()?;
         }
         Ok(out)
-    }
-
-    /// Refuses fields that nobody asked for.
-    pub(super) fn finish(&self) -> Result<(), Refusal> {
-        let Some(table) = self.table else {
-            return Ok(());
-        };
-        let unknown = table
-            .iter()
-            .filter(|(key, _)| !self.asked.contains(&key.get_ref().as_ref()))
-            .min_by_key(|(key, _)| key.span().start);
-        match unknown {
-            None => Ok(()),
-            Some((key, _)) => Err(Refusal {
-                line: self.text.line(&key.span()),
-                field: self.name_of(key.get_ref()),
-                what: format!("is no known name (allowed: {})", self.asked.join(", ")),
-            }),
-        }
     }
 
     /// JSON schema of what has been asked for.
@@ -343,5 +316,55 @@ impl<'a> Section<'a> {
             "required": self.required,
             "additionalProperties": false,
         })
+    }
+}
+
+/// The first name in the file that its schema does not know.
+pub(super) fn unknown(text: Text<'_>, table: &DeTable<'_>, schema: &Value) -> Option<Refusal> {
+    let mut all = Vec::new();
+    strangers(text, table, schema, "", &mut all);
+    all.into_iter().min_by_key(|(at, _)| *at).map(|(_, r)| r)
+}
+
+fn strangers(
+    text: Text<'_>,
+    table: &DeTable<'_>,
+    schema: &Value,
+    path: &str,
+    out: &mut Vec<(usize, Refusal)>,
+) {
+    for (key, value) in table {
+        let name: &str = key.get_ref();
+        let field = if path.is_empty() {
+            name.to_owned()
+        } else {
+            format!("{path}.{name}")
+        };
+        let known = &schema["properties"][name];
+        if known.is_null() {
+            let names: Vec<&str> = schema["properties"]
+                .as_object()
+                .map(|o| o.keys().map(String::as_str).collect())
+                .unwrap_or_default();
+            let refusal = Refusal {
+                line: text.line(&key.span()),
+                field,
+                what: format!("is no known name (allowed: {})", names.join(", ")),
+            };
+            out.push((key.span().start, refusal));
+            continue;
+        }
+        match value.get_ref() {
+            DeValue::Table(inner) => strangers(text, inner, known, &field, out),
+            DeValue::Array(items) => {
+                for (k, item) in items.iter().enumerate() {
+                    if let Some(inner) = item.get_ref().as_table() {
+                        let field = format!("{field}[{k}]");
+                        strangers(text, inner, &known["items"], &field, out);
+                    }
+                }
+            }
+            _ => {}
+        }
     }
 }
