@@ -157,6 +157,11 @@ impl Machine {
                     position_m: [s.position_m, 0.0],
                     velocity_m_s: [s.velocity_m_s, 0.0],
                     acceleration_m_s2: [s.acceleration_m_s2, 0.0],
+                    sensor: [
+                        [s.position_m, 0.0],
+                        [s.velocity_m_s, 0.0],
+                        [s.acceleration_m_s2, 0.0],
+                    ],
                     force_n: [s.force_n, 0.0],
                     depth_m: s.width_m,
                     chip_m: s.chip_m,

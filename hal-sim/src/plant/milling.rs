@@ -11,6 +11,7 @@
 
 use super::error::PlantError;
 pub use super::milling_config::{Engagement, MillingConfig};
+pub use super::milling_motion::MillSample;
 use super::milling_motion::{Motion, Moving, tooth_cells};
 use super::modal::FohStep;
 use super::process::{Contact, SmoothNoise};
@@ -20,29 +21,6 @@ use core::f64::consts::TAU;
 /// Slices at most, and the helix lag one of them may have.
 const MOST_SLICES: usize = 64;
 const SLICE_RAD: f64 = 0.05;
-
-/// What the machine does at one step.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct MillSample {
-    /// Time, s.
-    pub t: f64,
-    /// Displacement of the tool in x and y, m.
-    pub position_m: [f64; 2],
-    /// Velocity in x and y, m/s.
-    pub velocity_m_s: [f64; 2],
-    /// Acceleration in x and y, m/s².
-    pub acceleration_m_s2: [f64; 2],
-    /// Force on the tool in x and y, N, background noise included.
-    pub force_n: [f64; 2],
-    /// Axial depth, m.
-    pub depth_m: f64,
-    /// Largest chip thickness over the teeth in the arc, m; 0 out of contact.
-    pub chip_m: f64,
-    /// Spindle frequency, Hz.
-    pub spindle_hz: f64,
-    /// How far the cutter has been fed, m.
-    pub feed_m: f64,
-}
 
 #[derive(Clone, Copy, Debug)]
 struct Cell {
@@ -253,17 +231,24 @@ impl Milling {
         }
         let (force, chip) = self.cut::<true>(&motion, &now);
         let mut acceleration = [0.0; 2];
+        let mut sensor = [[0.0; 2]; 3];
         for m in &mut self.modes {
             m.load = m.generalised(force);
             let a = m.load * m.law[0] - m.law[1] * m.state[1] - m.law[2] * m.state[0];
             acceleration[0] += m.shape.x * a;
             acceleration[1] += m.shape.y * a;
+            let (x, y) = (m.shape.at_sensor * m.shape.x, m.shape.at_sensor * m.shape.y);
+            for (sum, value) in sensor.iter_mut().zip([m.state[0], m.state[1], a]) {
+                sum[0] += x * value;
+                sum[1] += y * value;
+            }
         }
         MillSample {
             t,
             position_m: motion.q,
             velocity_m_s: motion.v,
             acceleration_m_s2: acceleration,
+            sensor,
             force_n: [force[0], force[1]],
             depth_m: now.depth,
             chip_m: chip,

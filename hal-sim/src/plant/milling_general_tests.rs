@@ -27,6 +27,7 @@ fn general() -> MillingConfig {
             x: 0.5,
             y: -0.6,
             turn_rad_per_m: 40.0,
+            at_sensor: 1.0,
         }],
         process_damping: Some(ProcessDamping {
             c_n_per_m: 1e5,
@@ -113,6 +114,7 @@ fn torque_is_the_tangential_force_times_the_radius() {
         x: 1e-9,
         y: 0.0,
         turn_rad_per_m: 1.0,
+        at_sensor: 1.0,
     }];
     let mut mill = Milling::new(config.clone()).expect("valid");
     let n = 2 * mill.steps_per_tooth();
@@ -208,4 +210,27 @@ fn a_speed_ramp_keeps_time_and_frequency() {
         last.feed_m
     );
     assert!(mill.tooth_angle_rad(0) < TAU);
+}
+
+#[test]
+fn the_sensor_sits_where_its_modes_say() {
+    let mode = Mode::from_stiffness(980.0, 0.02, 1e7);
+    let mut config = rigid();
+    config.modes_x = vec![mode];
+    config.modes_other = vec![ShapedMode {
+        at_sensor: -0.25,
+        ..ShapedMode::along_y(mode)
+    }];
+    let mut mill = Milling::new(config).expect("valid");
+    for _ in 0..500 {
+        let s = mill.step();
+        for (k, tool) in [s.position_m, s.velocity_m_s, s.acceleration_m_s2]
+            .iter()
+            .enumerate()
+        {
+            assert!((s.sensor[k][0] - tool[0]).abs() <= 1e-12 * tool[0].abs());
+            assert!((s.sensor[k][1] + 0.25 * tool[1]).abs() <= 1e-12 * tool[1].abs());
+        }
+    }
+    assert!(mill.step().position_m[1].abs() > 1e-9);
 }

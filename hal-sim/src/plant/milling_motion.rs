@@ -1,10 +1,36 @@
-//! What moves in milling: modes on their way, the tool they carry, and where the
-//! teeth start.
+//! What moves in milling: modes on their way, the tool they carry, where the teeth
+//! start, and what is seen of it all.
 
 use super::error::{PlantError, require};
 use super::milling_config::MillingConfig;
 use super::modal::{FohStep, ShapedMode};
 use core::f64::consts::TAU;
+
+/// What the machine does at one step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MillSample {
+    /// Time, s.
+    pub t: f64,
+    /// Displacement of the tool in x and y, m.
+    pub position_m: [f64; 2],
+    /// Velocity in x and y, m/s.
+    pub velocity_m_s: [f64; 2],
+    /// Acceleration in x and y, m/s².
+    pub acceleration_m_s2: [f64; 2],
+    /// Displacement, velocity and acceleration of the place of the sensor in x and y, m,
+    /// m/s, m/s²: that of the tool unless a mode says otherwise.
+    pub sensor: [[f64; 2]; 3],
+    /// Force on the tool in x and y, N, background noise included.
+    pub force_n: [f64; 2],
+    /// Axial depth, m.
+    pub depth_m: f64,
+    /// Largest chip thickness over the teeth in the arc, m; 0 out of contact.
+    pub chip_m: f64,
+    /// Spindle frequency, Hz.
+    pub spindle_hz: f64,
+    /// How far the cutter has been fed, m.
+    pub feed_m: f64,
+}
 
 /// A mode on its way: shape, step, constants of its equation, state and load.
 #[derive(Clone, Copy, Debug)]

@@ -97,6 +97,8 @@ pub struct ShapedMode {
     pub y: f64,
     /// Rotation of the cutter in the sense of the spindle, rad/m.
     pub turn_rad_per_m: f64,
+    /// How far it moves the place of the sensor over how far it moves the tool, 1.
+    pub at_sensor: f64,
 }
 
 impl ShapedMode {
@@ -108,6 +110,7 @@ impl ShapedMode {
             x: 1.0,
             y: 0.0,
             turn_rad_per_m: 0.0,
+            at_sensor: 1.0,
         }
     }
 
@@ -119,6 +122,7 @@ impl ShapedMode {
             x: 0.0,
             y: 1.0,
             turn_rad_per_m: 0.0,
+            at_sensor: 1.0,
         }
     }
 
@@ -128,7 +132,10 @@ impl ShapedMode {
     /// As [`Mode::validate`]; `OutOfRange` for a shape that is not finite.
     pub fn validate(&self) -> Result<(), PlantError> {
         self.mode.validate()?;
-        let finite = self.x.is_finite() && self.y.is_finite() && self.turn_rad_per_m.is_finite();
+        let finite = self.x.is_finite()
+            && self.y.is_finite()
+            && self.turn_rad_per_m.is_finite()
+            && self.at_sensor.is_finite();
         require(finite, "shape")
     }
 }

@@ -56,7 +56,7 @@ pub struct MicrophoneConfig {
     pub sample_rate_hz: f64,
     /// What it picks up.
     pub pickup: Pickup,
-    /// Gain from motion in x and y, Pa per m/s² (or per m/s, per m). For a probe or
+    /// Gain from motion of the place of the sensor in x and y, Pa per m/s² (or per m/s, per m). For a probe or
     /// an accelerometer read "Pa" as its own unit throughout.
     pub gain: [f64; 2],
     /// Distance, m, ≥ 0: a delay of distance/343 s. Default 0.5.
@@ -193,9 +193,9 @@ impl Microphone {
         let mut heard = || {
             let s = machine();
             let m = match pickup {
-                Pickup::Acceleration => s.acceleration_m_s2,
-                Pickup::Velocity => s.velocity_m_s,
-                Pickup::Displacement => s.position_m,
+                Pickup::Acceleration => s.sensor[2],
+                Pickup::Velocity => s.sensor[1],
+                Pickup::Displacement => s.sensor[0],
             };
             (gain[0] * m[0] + gain[1] * m[1], s.t)
         };
@@ -280,7 +280,7 @@ mod tests {
                             step += 1.0;
                             let a = 2.0 * (TAU * 1000.0 * step / 192_000.0).sin();
                             MillSample {
-                                acceleration_m_s2: [a, 0.0],
+                                sensor: [[0.0; 2], [0.0; 2], [a, 0.0]],
                                 ..MillSample::default()
                             }
                         })
@@ -349,7 +349,7 @@ mod tests {
         let mut microphone = Microphone::new(small, 192_000.0).expect("valid");
         for _ in 0..480 {
             microphone.next_reading(|| MillSample {
-                acceleration_m_s2: [1.0, 0.0],
+                sensor: [[0.0; 2], [0.0; 2], [1.0, 0.0]],
                 ..MillSample::default()
             });
         }

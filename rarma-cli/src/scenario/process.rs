@@ -137,8 +137,9 @@ fn milling(s: &mut Section<'_>, seed: u64) -> Result<MillingConfig, Refusal> {
             ));
         }
     }
-    let only =
-        |x: f64, y: f64| move |m: &&ShapedMode| m.x == x && m.y == y && m.turn_rad_per_m == 0.0;
+    let only = |x: f64, y: f64| {
+        move |m: &&ShapedMode| m.x == x && m.y == y && m.turn_rad_per_m == 0.0 && m.at_sensor == 1.0
+    };
     let bare = |m: &ShapedMode| m.mode;
     Ok(MillingConfig {
         teeth,
@@ -210,6 +211,12 @@ fn mode(s: &mut Section<'_>) -> Result<ShapedMode, Refusal> {
             "How far the mode moves the tool in x (feed) per its coordinate, 1",
         )?,
         y: s.number("y", shape, Some(0.0), "The same in y")?,
+        at_sensor: s.number(
+            "at_sensor",
+            Allowed::within(-10.0, 10.0),
+            Some(1.0),
+            "How far it moves the place of the sensor over how far it moves the tool, 1",
+        )?,
         turn_rad_per_m: s.number(
             "turn_rad_per_m",
             Allowed::within(-1e4, 1e4),
