@@ -174,7 +174,12 @@ fn resonance_and_chatter_of_the_three_mode_miller() {
             "{wild:?}"
         );
     }
-    for (order, band) in [(Order::O43, NARROW), (Order::O65, WIDE), (Order::O87, WIDE)] {
+    for (order, band) in [
+        (Order::O43, NARROW),
+        (Order::O43, WIDE),
+        (Order::O65, WIDE),
+        (Order::O87, WIDE),
+    ] {
         let (r, c) = (
             verdict(&resonance, order, band),
             verdict(&chatter, order, band),
