@@ -140,7 +140,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Estimator
 /// The recursive least squares of `oxictl`, made extended least squares (RPLR) by
 /// handing it past residuals as regressors. Its own extended least squares is a batch
 /// for a model with a known input; on an ARMA without input it does not converge at
-/// (2,1) and meets a singular matrix from (4,3) on.
+/// (2,1) and meets a singular matrix at (6,5).
 struct Crate<T: ControlScalar, const P: usize, const Q: usize, const N: usize> {
     rls: Rls<T, N>,
     phi: [T; N],

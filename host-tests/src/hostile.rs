@@ -4,7 +4,7 @@
 use crate::signal;
 use hal_sim::plant::modal::Mode;
 use hal_sim::plant::modal_noise::{ModalNoise, ModalNoiseConfig, NoiseMode};
-use hal_sim::plant::process::{Contact, DepthSchedule, ForceNoise};
+use hal_sim::plant::process::{Contact, ForceNoise, Schedule};
 use hal_sim::plant::stability::turning_limit;
 use hal_sim::plant::turning::{Turning, TurningConfig};
 use std::f64::consts::TAU;
@@ -258,10 +258,11 @@ fn chatter() -> Samples {
     let mut lathe = Turning::new(TurningConfig {
         spindle_hz: 150.0,
         feed_m: 1e-4,
+        nose_radius_m: 0.8e-3,
         ks_n_per_m2: KS,
         edge_n_per_m: 0.0,
         modes: vec![MODE],
-        width: DepthSchedule::constant(1.5 * turning_limit(&MODE, KS).depth_m),
+        width: Schedule::constant(1.5 * turning_limit(&MODE, KS).depth_m),
         process_damping: None,
         noise: ForceNoise::default(),
         contact: Contact::Real,

@@ -80,6 +80,16 @@ impl Ended {
         lines
     }
 
+    /// Standard output as one JSON value, on however many lines.
+    ///
+    /// # Panics
+    /// It is none, or the program did not end well.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        assert_eq!(self.code, Some(0), "{self:?}");
+        serde_json::from_str(&self.stdout).unwrap_or_else(|why| panic!("{why}: {self:?}"))
+    }
+
     /// Telemetry lines and the summary of `monitor --json`.
     ///
     /// # Panics

@@ -3,11 +3,12 @@
 //!
 //! The image is the one that `RARMA_TARGET_ELF` names.
 
-use hal_sim::plant::cut::{Scenario, VirtualCut};
+use hal_sim::plant::cut::VirtualCut;
 use host_tests::resources::{Known, shared_or_skip, target_elf_or_skip};
 use rarma_cli::commands;
 use rarma_cli::input::Recording;
 use rarma_cli::record::{ModeRecord, Run};
+use rarma_cli::scenario;
 use rarma_core::Order;
 use rarma_core::monitor::MonitorConfig;
 use rarma_core::wire::MonitorJob;
@@ -25,12 +26,15 @@ fn job(monitor: MonitorConfig) -> MonitorJob {
 }
 
 fn demo_cut(seconds: f64) -> (Recording, MonitorConfig) {
-    let cut = VirtualCut::new(Scenario::chatter_onset(1)).expect("a shipped scenario");
+    let scenario = scenario::load("chatter-onset", Some(1))
+        .expect("a shipped scenario")
+        .scenario;
+    let cut = VirtualCut::new(&scenario).expect("a shipped scenario");
     let fs = cut.sample_rate_hz();
     let config = MonitorConfig {
         full_scale: Some(1.0),
-        spindle_hz: Some(cut.truth().spindle_hz),
-        teeth: u32::try_from(cut.truth().teeth).ok(),
+        spindle_hz: Some(scenario.process.spindle_hz()),
+        teeth: u32::try_from(scenario.process.teeth()).ok(),
         ..MonitorConfig::new(fs)
     };
     let length = (seconds * fs) as usize;

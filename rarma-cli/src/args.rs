@@ -1,5 +1,9 @@
 //! The command line.
 
+mod virtual_machine;
+
+pub use virtual_machine::{ChooseOrderArgs, LobesArgs, SimulateArgs, SweepArgs};
+
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use rarma_core::condition::Band;
 use std::path::PathBuf;
@@ -34,6 +38,14 @@ pub enum Command {
     Order(OrderArgs),
     /// Power spectral density of a recording.
     Psd(PsdArgs),
+    /// Stability lobes of scenarios: limit depth and chatter frequency over speed.
+    Lobes(LobesArgs),
+    /// Cut virtually: a scenario to a recording and what is true of it.
+    Simulate(SimulateArgs),
+    /// Find the model order that reads a virtual cut right, and write it down.
+    ChooseOrder(ChooseOrderArgs),
+    /// One virtual cut at many depths: true damping, what is read, and the surface.
+    Sweep(SweepArgs),
     /// Let the virtual machine tool cut into chatter and monitor it through the
     /// simulated hardware.
     Demo(DemoArgs),

@@ -13,9 +13,12 @@ macro_rules! say {
 pub mod args;
 pub mod collect;
 pub mod commands;
+pub mod ear;
 pub mod failure;
 pub mod input;
 pub mod record;
 pub mod report;
+pub mod scenario;
+pub mod truth;
 
 pub use failure::Failure;

@@ -1,127 +1,163 @@
 use super::*;
-use core::f64::consts::TAU;
+use crate::plant::converter::ConverterConfig;
+use crate::plant::modal::Mode;
+use crate::plant::process::{Contact, ForceNoise, Wear};
+use crate::plant::sound::Pickup;
 
-const FS: f64 = 48_000.0;
-
-/// Amplitude of a line between two times, Hann window.
-fn line(y: &[f64], from: f64, to: f64, f_hz: f64) -> f64 {
-    let part = &y[(from * FS) as usize..(to * FS) as usize];
-    let n = part.len() as f64;
-    let (mut re, mut im) = (0.0, 0.0);
-    for (i, v) in part.iter().enumerate() {
-        let i = i as f64;
-        let window = 1.0 - (TAU * i / n).cos();
-        let (s, c) = (TAU * f_hz * i / FS).sin_cos();
-        re += v * window * c;
-        im += v * window * s;
+fn probe(seed: u64) -> MicrophoneConfig {
+    MicrophoneConfig {
+        sample_rate_hz: 48_000.0,
+        pickup: Pickup::Displacement,
+        gain: [1.0, 0.0],
+        distance_m: 0.0,
+        enclosure: None,
+        noise_pa: 0.0,
+        tones: Vec::new(),
+        converter: ConverterConfig {
+            full_scale: 1e-3,
+            bits: 24,
+            dither: true,
+        },
+        seed,
     }
-    2.0 * re.hypot(im) / n
 }
 
-/// Frequency of the strongest line between two frequencies, in steps of 1 Hz.
-fn strongest(y: &[f64], from: f64, to: f64, low: u32, high: u32) -> (f64, f64) {
-    (low..=high)
-        .map(|f| (f64::from(f), line(y, from, to, f64::from(f))))
-        .fold(
-            (0.0, 0.0),
-            |best, now| if now.1 > best.1 { now } else { best },
-        )
+fn mill() -> MillingConfig {
+    MillingConfig {
+        modes_x: vec![Mode::from_mass(922.0, 0.011, 0.03993)],
+        modes_y: vec![Mode::from_mass(922.0, 0.011, 0.03993)],
+        feed_per_tooth_m: 5e-5,
+        depth: Schedule::new(&[(0.0, 0.0), (1.0, 0.1e-3)]).expect("valid"),
+        noise: ForceNoise {
+            relative: 0.05,
+            background_n: 0.1,
+            ..ForceNoise::default()
+        },
+        ..MillingConfig::default()
+    }
 }
 
-fn rms(y: &[f64], from: f64, to: f64) -> f64 {
-    let part = &y[(from * FS) as usize..(to * FS) as usize];
-    (part.iter().map(|v| v * v).sum::<f64>() / part.len() as f64).sqrt()
+fn milling(config: MillingConfig) -> Scenario {
+    Scenario {
+        name: "test".to_owned(),
+        process: Process::Milling(Box::new(config)),
+        microphone: probe(2),
+        duration_s: 1.0,
+    }
 }
 
 #[test]
-fn the_demonstration_is_what_it_says() {
-    let mut cut = VirtualCut::new(Scenario::chatter_onset(1)).expect("valid");
-    let truth = cut.truth().clone();
-    let (onset, end) = (truth.onset_s.expect("onset"), truth.end_s.expect("end"));
-    let chatter = truth.chatter_hz.expect("chatter frequency");
-    assert!(onset > 3.0 && onset < 6.0 && end > 8.0, "{onset} {end}");
-    assert_eq!(truth.cut_s, Some((1.0, 8.1)));
-    let order = chatter / truth.spindle_hz;
+fn onset_is_when_the_ramp_passes_the_limit() {
+    let truth = milling(mill()).truth().expect("valid");
+    // 0.0714 mm of the published benchmark, on a ramp of 0.1 mm/s.
+    let limit = truth.limit_depth_m().expect("limit");
+    assert!((limit * 1e3 - 0.0714).abs() < 2e-4, "{limit}");
+    let onset = truth.onset_s.expect("onset");
+    assert!((onset - limit / 0.1e-3).abs() < 2e-3, "{onset} {limit}");
+    assert_eq!((truth.end_s, truth.cut_s), (None, Some((0.0, 1.0))));
+    // The least damped root loses its damping on the way and then grows.
+    let zeta: Vec<f64> = truth.operational.iter().map(|o| o.roots[0].zeta).collect();
     assert!(
-        (order - order.round()).abs() * truth.spindle_hz > 8.0,
-        "{order}"
+        zeta[0] > 0.008 && zeta.last().is_some_and(|z| *z < -0.001),
+        "{zeta:?}"
     );
-
-    let mut y = Vec::with_capacity(cut.len());
-    let mut swing = [0.0_f64; 9];
-    while let Some(reading) = cut.next() {
-        y.push(f64::from(reading.value));
-        let m = cut.machine();
-        let size = m.position_m[0].hypot(m.position_m[1]);
-        let second = &mut swing[(m.t as usize).min(8)];
-        *second = second.max(size);
+    for o in &truth.operational {
+        assert_eq!(o.roots[0].zeta < 0.0, o.t_s > onset, "{o:?}");
     }
-    assert_eq!(y.len(), 9 * 48_000);
-    assert_eq!(cut.microphone().clipped(), 0);
-
-    // Three teeth are always in a slot: the mean force is steady, and the stable
-    // cut is heard as broadband noise ...
-    assert!(rms(&y, 2.0, 3.0) > 2.0 * rms(&y, 0.0, 1.0));
-    // ... with a displacement of micrometres, in chatter of tens of them and no more.
-    assert!(swing[2] > 2e-6 && swing[2] < 40e-6, "{swing:?}");
-    assert!(swing[7] > 2.0 * swing[2] && swing[7] < 300e-6, "{swing:?}");
-    assert!(rms(&y, 7.0, 7.9) > 5.0 * rms(&y, 2.0, 3.0));
-    let (early, late) = (rms(&y, 6.6, 7.2), rms(&y, 7.3, 7.9));
-    assert!(
-        (late / early - 1.0).abs() < 0.15,
-        "not limited: {early} {late}"
-    );
-    assert!(rms(&y, 8.5, 9.0) < 0.5 * rms(&y, 2.0, 3.0));
-    let peak = y.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    assert!(peak > 0.15 && peak < 0.7, "peak {peak}");
-
-    // The chatter frequency is the predicted one, at growth and at full size.
-    for (from, to) in [(onset + 0.5, onset + 1.0), (7.0, 7.9)] {
-        let (f, _) = strongest(&y, from, to, 850, 1250);
-        assert!((f / chatter - 1.0).abs() < 0.02, "{f} {chatter}");
-    }
-    let before = line(&y, 2.0, 3.0, chatter);
-    assert!(line(&y, 7.0, 7.9, chatter.round() + 10.0) > before);
 }
 
 #[test]
-fn the_limit_agrees_with_the_zero_order_method() {
-    let scenario = Scenario::chatter_onset(1);
-    let truth = Truth::of(&scenario.milling).expect("valid");
-    let zero_order = milling_limit(&scenario.milling).expect("limit").depth_m;
-    let limit = truth.limit_depth_m.expect("limit");
-    assert!(
-        (limit / zero_order - 1.0).abs() < 0.04,
-        "{limit} {zero_order}"
+fn wear_and_speed_move_the_onset() {
+    let mut config = mill();
+    config.depth = Schedule::constant(0.06e-3);
+    assert_eq!(
+        milling(config.clone()).truth().expect("valid").onset_s,
+        None
     );
-    let documented = 1.094e-3;
-    assert!((limit / documented - 1.0).abs() < 0.005, "{limit}");
+    config.wear = Wear {
+        cutting_per_s: 0.5,
+        edge_per_s: 0.0,
+    };
+    // Kt·b counts: 0.0714/0.06 = 1 + 0.5·t.
+    let onset = milling(config.clone())
+        .truth()
+        .expect("valid")
+        .onset_s
+        .expect("onset");
+    assert!((onset - 0.38).abs() < 0.01, "{onset}");
+    config.wear = Wear::default();
+    config.speed = Some(Schedule::new(&[(0.2, 10_000.0 / 60.0), (0.8, 200.0)]).expect("valid"));
+    let truth = milling(config).truth().expect("valid");
+    // At 12 000 1/min the limit is lower: the ramp passes it.
+    assert!(
+        truth.onset_s.is_some_and(|t| t > 0.2 && t < 0.8),
+        "{:?}",
+        truth.onset_s
+    );
+}
+
+#[test]
+fn turning_truth_is_the_closed_form() {
+    let scenario = Scenario {
+        process: Process::Turning(Box::new(TurningConfig {
+            spindle_hz: 10_422.9 / 60.0,
+            feed_m: 1e-4,
+            ks_n_per_m2: 2e9,
+            edge_n_per_m: 0.0,
+            nose_radius_m: 0.8e-3,
+            modes: vec![Mode::from_stiffness(980.0, 0.02, 11.8e6)],
+            width: Schedule::constant(0.3e-3),
+            process_damping: None,
+            noise: ForceNoise::default(),
+            contact: Contact::Real,
+            min_step_rate_hz: 96_000.0,
+            seed: 1,
+        })),
+        ..milling(mill())
+    };
+    let truth = scenario.truth().expect("valid");
+    let limit = truth.limit_depth_m().expect("limit") * 1e3;
+    assert!((limit - 0.2407).abs() < 5e-4, "{limit}");
+    assert!((truth.chatter_hz().expect("limit") - 999.4).abs() < 0.3);
+    assert!((truth.zero_order_m.expect("limit") * 1e3 - 0.2407).abs() < 2e-4);
+    assert_eq!((truth.onset_s, truth.teeth), (Some(0.0), 1));
+    // And the sound grows.
+    let y: Vec<f64> = VirtualCut::new(&scenario)
+        .expect("valid")
+        .map(|r| f64::from(r.value))
+        .collect();
+    let rms = |s: &[f64]| {
+        let mean = s.iter().sum::<f64>() / s.len() as f64;
+        (s.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / s.len() as f64).sqrt()
+    };
+    assert!(rms(&y[40_000..]) > 3.0 * rms(&y[2000..4000]));
 }
 
 #[test]
 fn seeds_repeat_to_the_bit_and_differ() {
-    let run = |seed| -> Vec<i32> {
-        let mut scenario = Scenario::shipped("chatter-onset", seed).expect("shipped");
-        scenario.milling.depth = DepthSchedule::constant(1e-3);
+    let run = |seed, ramp: bool| -> Vec<i32> {
+        let mut config = mill();
+        if ramp {
+            config.speed = Some(Schedule::new(&[(0.0, 160.0), (0.1, 180.0)]).expect("valid"));
+        }
+        let mut scenario = milling(config).seeded(seed);
         scenario.duration_s = 0.1;
-        VirtualCut::new(scenario)
+        VirtualCut::new(&scenario)
             .expect("valid")
             .map(|r| r.code)
             .collect()
     };
-    assert_eq!(run(1), run(1));
-    assert_ne!(run(1), run(2));
-    assert!(Scenario::shipped("nothing", 1).is_none());
+    for ramp in [false, true] {
+        assert_eq!(run(1, ramp), run(1, ramp));
+        assert_ne!(run(1, ramp), run(2, ramp));
+    }
 }
 
 #[test]
-fn a_scenario_without_a_limit_has_none() {
-    let mut config = Scenario::chatter_onset(1).milling;
+fn a_rigid_machine_has_no_limit() {
+    let mut config = mill();
     config.modes_x.clear();
     config.modes_y.clear();
-    let truth = Truth::of(&config).expect("valid");
-    assert_eq!(
-        (truth.limit_depth_m, truth.onset_s, truth.chatter_hz),
-        (None, None, None)
-    );
+    let truth = milling(config).truth().expect("valid");
+    assert!(truth.limit.is_none() && truth.onset_s.is_none() && truth.operational.is_empty());
 }

@@ -7,7 +7,7 @@
 
 use super::error::{PlantError, positive};
 use super::milling::{Milling, MillingConfig};
-use super::process::{Contact, DepthSchedule, ForceNoise};
+use super::process::{Contact, ForceNoise, Schedule, Wear};
 
 /// Growth of a small disturbance of milling at depth `depth_m`, 1/s; negative
 /// if it decays.
@@ -16,6 +16,8 @@ use super::process::{Contact, DepthSchedule, ForceNoise};
 /// from a disturbance of the first mode of each direction, and compares the
 /// level in the last quarter with that in the second: ln(ratio)/(half the
 /// duration). Quarters are whole revolutions; take tens of vibration periods each.
+/// Torsion makes chips by the feed alone: there the feed stays, and the motion of
+/// an undisturbed machine is subtracted.
 ///
 /// # Errors
 /// As [`Milling::new`].
@@ -27,20 +29,34 @@ pub fn milling_growth(
     positive(duration_s, "duration_s")?;
     let mut linear = config.clone();
     linear.contact = Contact::Linear;
-    linear.depth = DepthSchedule::constant(depth_m);
-    linear.feed_per_tooth_m = 0.0;
+    linear.depth = Schedule::constant(depth_m);
+    let torsion = config.modes_other.iter().any(|m| m.turn_rad_per_m != 0.0);
+    if !torsion {
+        linear.feed_per_tooth_m = 0.0;
+    }
     linear.runout_m.clear();
     linear.noise = ForceNoise::default();
+    linear.workpiece = None;
+    linear.wear = Wear::default();
+    linear.speed = None;
     let mut mill = Milling::new(linear)?;
-    mill.disturb(0, 0, 1e-9, 0.0);
-    mill.disturb(1, 0, 0.7e-9, 0.0);
+    let mut still = torsion.then(|| mill.clone());
+    // The equation is linear: large against the rounding of what is subtracted.
+    mill.disturb(0, 0, 1e-4, 0.0);
+    mill.disturb(1, 0, 0.7e-4, 0.0);
+    mill.disturb(2, 0, 0.5e-4, 0.0);
     // Quarters of whole revolutions: the modulation by the teeth averages out.
     let turn = (mill.step_rate_hz() / config.spindle_hz).round();
     let quarter = ((duration_s * config.spindle_hz / 4.0).ceil() * turn) as usize;
     let mut energy = [0.0_f64; 4];
     for sum in &mut energy {
         for _ in 0..quarter {
-            let [x, y] = mill.step().position_m;
+            let [mut x, mut y] = mill.step().position_m;
+            if let Some(still) = &mut still {
+                let [x0, y0] = still.step().position_m;
+                x -= x0;
+                y -= y0;
+            }
             *sum += x * x + y * y;
         }
     }

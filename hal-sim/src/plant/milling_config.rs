@@ -2,8 +2,9 @@
 //! structure, timeline.
 
 use super::error::{PlantError, non_negative, positive, require};
-use super::modal::Mode;
-use super::process::{Contact, DepthSchedule, ForceNoise, ProcessDamping};
+use super::modal::{Mode, ShapedMode};
+use super::process::{Contact, ForceNoise, ProcessDamping, Schedule, Wear};
+use super::workpiece::Workpiece;
 use core::f64::consts::{PI, TAU};
 
 /// Arc of the cut, angles from +y clockwise, 0 ≤ entry < exit ≤ π.
@@ -66,8 +67,11 @@ pub struct MillingConfig {
     pub pitch_rad: Vec<f64>,
     /// Radial runout of each tooth, m; empty: none.
     pub runout_m: Vec<f64>,
-    /// Spindle frequency, Hz, > 0.
+    /// Spindle frequency, Hz, > 0; the nominal one if there is a schedule.
     pub spindle_hz: f64,
+    /// Spindle frequency over time, Hz, if it changes: between half and twice the
+    /// nominal one.
+    pub speed: Option<Schedule>,
     /// Feed per tooth in +x, m, ≥ 0 (mean over the teeth).
     pub feed_per_tooth_m: f64,
     /// Tangential cutting coefficient Kt, N/m², > 0.
@@ -80,12 +84,22 @@ pub struct MillingConfig {
     pub kn_edge_n_per_m: f64,
     /// Arc of the cut.
     pub engagement: Engagement,
+    /// Diameter of the cutter, m, > 0. Only helix, torsion and workpieces ask for it.
+    pub diameter_m: f64,
+    /// Helix angle of the edges, rad, 0 to below π/2.
+    pub helix_rad: f64,
     /// Modes in x (feed).
     pub modes_x: Vec<Mode>,
     /// Modes in y.
     pub modes_y: Vec<Mode>,
+    /// Modes of any other shape: skew bending, torsion.
+    pub modes_other: Vec<ShapedMode>,
     /// Axial depth over time.
-    pub depth: DepthSchedule,
+    pub depth: Schedule,
+    /// Stock with its ends and gaps; `None`: material everywhere in the arc.
+    pub workpiece: Option<Workpiece>,
+    /// Wear of the edges.
+    pub wear: Wear,
     /// Flank rubbing, if any.
     pub process_damping: Option<ProcessDamping>,
     /// Broadband excitation.
@@ -108,15 +122,21 @@ impl Default for MillingConfig {
             pitch_rad: Vec::new(),
             runout_m: Vec::new(),
             spindle_hz: 10_000.0 / 60.0,
+            speed: None,
             feed_per_tooth_m: 0.0,
             kt_n_per_m2: 6.0e8,
             kn_n_per_m2: 2.0e8,
             kt_edge_n_per_m: 0.0,
             kn_edge_n_per_m: 0.0,
             engagement: Engagement::SLOT,
+            diameter_m: 0.02,
+            helix_rad: 0.0,
             modes_x: Vec::new(),
             modes_y: Vec::new(),
-            depth: DepthSchedule::constant(0.0),
+            modes_other: Vec::new(),
+            depth: Schedule::constant(0.0),
+            workpiece: None,
+            wear: Wear::default(),
             process_damping: None,
             noise: ForceNoise::default(),
             contact: Contact::Real,
@@ -157,12 +177,71 @@ impl MillingConfig {
         let e = self.engagement;
         require(e.entry_rad >= 0.0 && e.entry_rad < e.exit_rad, "engagement")?;
         require(e.exit_rad <= PI + 1e-9, "engagement")?;
+        positive(self.diameter_m, "diameter_m")?;
+        require((0.0..1.55).contains(&self.helix_rad), "helix_rad")?;
+        for shape in &self.modes_other {
+            shape.validate()?;
+        }
         self.depth.validate()?;
+        if let Some(speed) = &self.speed {
+            let named = |_| PlantError::OutOfRange { name: "speed" };
+            speed.validate().map_err(named)?;
+            require(speed.smallest() >= 0.5 * self.spindle_hz, "speed")?;
+            require(speed.largest() <= 2.0 * self.spindle_hz, "speed")?;
+        }
+        if let Some(piece) = &self.workpiece {
+            piece.validate()?;
+        }
+        self.wear.validate()?;
         if let Some(p) = &self.process_damping {
             p.validate()?;
         }
         self.noise.validate()?;
         positive(self.min_step_rate_hz, "min_step_rate_hz")
+    }
+
+    /// Spindle frequency at time `t` s, Hz.
+    #[must_use]
+    pub fn spindle_at(&self, t: f64) -> f64 {
+        self.speed.as_ref().map_or(self.spindle_hz, |s| s.at(t))
+    }
+
+    /// Lowest spindle frequency there will be, Hz.
+    #[must_use]
+    pub fn slowest_hz(&self) -> f64 {
+        self.speed
+            .as_ref()
+            .map_or(self.spindle_hz, Schedule::smallest)
+    }
+
+    /// Highest spindle frequency there will be, Hz.
+    #[must_use]
+    pub fn fastest_hz(&self) -> f64 {
+        self.speed
+            .as_ref()
+            .map_or(self.spindle_hz, Schedule::largest)
+    }
+
+    /// All modes with their shapes: x, then y, then the others.
+    #[must_use]
+    pub fn shaped_modes(&self) -> Vec<ShapedMode> {
+        let x = self.modes_x.iter().map(|m| ShapedMode::along_x(*m));
+        let y = self.modes_y.iter().map(|m| ShapedMode::along_y(*m));
+        x.chain(y).chain(self.modes_other.iter().copied()).collect()
+    }
+
+    /// Angle by which the edge at height `z_m` trails its tip, rad.
+    #[must_use]
+    pub fn helix_lag_rad(&self, z_m: f64) -> f64 {
+        2.0 * z_m * self.helix_rad.tan() / self.diameter_m
+    }
+
+    /// Feed during one radian of rotation, m/rad. A cutter that has turned ahead
+    /// by ϑ meets each angle ϑ/Ω earlier, when the feed was this times ϑ shorter:
+    /// so torsion changes the chip.
+    #[must_use]
+    pub fn feed_ahead_m_per_rad(&self) -> f64 {
+        self.feed_per_tooth_m * self.teeth as f64 / TAU
     }
 
     /// Tooth-passing frequency (mean over unequal pitches), Hz.

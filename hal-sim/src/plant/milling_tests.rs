@@ -1,6 +1,6 @@
 use super::super::growth::{milling_growth, milling_limit_in_time};
 use super::super::modal::Mode;
-use super::super::process::{DepthSchedule, ForceNoise, ProcessDamping};
+use super::super::process::{ForceNoise, ProcessDamping, Schedule};
 use super::*;
 use core::f64::consts::PI;
 
@@ -90,7 +90,7 @@ fn rigid(teeth: usize) -> MillingConfig {
     MillingConfig {
         teeth,
         feed_per_tooth_m: 1e-4,
-        depth: DepthSchedule::constant(1e-3),
+        depth: Schedule::constant(1e-3),
         ..MillingConfig::default()
     }
 }
@@ -160,7 +160,7 @@ fn noise_is_seeded() {
     let run = |seed| -> Vec<u64> {
         let mut config = benchmark(Engagement::SLOT, true);
         config.feed_per_tooth_m = 5e-5;
-        config.depth = DepthSchedule::constant(5e-5);
+        config.depth = Schedule::constant(5e-5);
         config.noise = ForceNoise {
             relative: 0.05,
             background_n: 0.1,

@@ -7,24 +7,34 @@
 //! * [`modal`] the linear structure, [`modal_noise`] its response to white
 //!   noise with exactly known poles (the accuracy bench of the estimators);
 //! * [`process`] what cutting models share, [`milling`] and [`turning`] the
-//!   regenerative cuts;
-//! * [`stability`] limits in closed form, [`growth`] limits from the simulation;
+//!   regenerative cuts, [`workpiece`] what they meet on
+//!   their way;
+//! * [`stability`] limits in closed form, [`growth`] limits from the simulation,
+//!   [`delay`] limits and operational damping by semi-discretisation;
+//! * [`surface`] what the cut leaves on the workpiece;
 //! * [`resample`], [`sound`] and [`converter`] what a microphone makes of it,
-//!   and [`cut`] a whole scenario with its truth.
+//!   [`cut`] a whole scenario
+//!   and [`truth`] what is true of it.
 
+mod condition;
 pub mod converter;
 pub mod cut;
+pub mod delay;
 pub mod error;
 pub mod growth;
 mod linalg;
 pub mod milling;
 mod milling_config;
+mod milling_motion;
 pub mod modal;
 pub mod modal_noise;
 pub mod process;
 pub mod resample;
 pub mod sound;
 pub mod stability;
+pub mod surface;
+pub mod truth;
 pub mod turning;
+pub mod workpiece;
 
 pub use error::PlantError;

@@ -83,6 +83,63 @@ impl Mode {
     }
 }
 
+/// A mode with its shape at the tool tip: how far its coordinate moves the tip in x
+/// and y and turns the cutter. A bending mode along x is (1, 0, 0).
+///
+/// Generalised force = x·Fx + y·Fy + turn·Mz, Mz in the sense of rotation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShapedMode {
+    /// Frequency, damping and modal stiffness of the coordinate.
+    pub mode: Mode,
+    /// Displacement in x per displacement of the coordinate, 1.
+    pub x: f64,
+    /// Displacement in y, 1.
+    pub y: f64,
+    /// Rotation of the cutter in the sense of the spindle, rad/m.
+    pub turn_rad_per_m: f64,
+    /// How far it moves the place of the sensor over how far it moves the tool, 1.
+    pub at_sensor: f64,
+}
+
+impl ShapedMode {
+    /// A mode that moves the tip along x only.
+    #[must_use]
+    pub const fn along_x(mode: Mode) -> Self {
+        Self {
+            mode,
+            x: 1.0,
+            y: 0.0,
+            turn_rad_per_m: 0.0,
+            at_sensor: 1.0,
+        }
+    }
+
+    /// A mode that moves the tip along y only.
+    #[must_use]
+    pub const fn along_y(mode: Mode) -> Self {
+        Self {
+            mode,
+            x: 0.0,
+            y: 1.0,
+            turn_rad_per_m: 0.0,
+            at_sensor: 1.0,
+        }
+    }
+
+    /// Checks the documented ranges.
+    ///
+    /// # Errors
+    /// As [`Mode::validate`]; `OutOfRange` for a shape that is not finite.
+    pub fn validate(&self) -> Result<(), PlantError> {
+        self.mode.validate()?;
+        let finite = self.x.is_finite()
+            && self.y.is_finite()
+            && self.turn_rad_per_m.is_finite()
+            && self.at_sensor.is_finite();
+        require(finite, "shape")
+    }
+}
+
 /// Exact step of one mode for a force that is linear within the step.
 ///
 /// (q, v)ₖ₊₁ = Φ·(q, v)ₖ + γ₀·Fₖ + γ₁·Fₖ₊₁ with Φ = e^(A·dt). All three come

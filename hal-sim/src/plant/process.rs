@@ -21,17 +21,18 @@ pub enum Contact {
     Linear,
 }
 
-/// Axial depth (milling) or chip width (turning) over time, piecewise linear.
+/// A quantity over time, piecewise linear and not negative: axial depth (milling),
+/// chip width (turning), m; or spindle frequency, Hz.
 ///
 /// Constant before the first and after the last point. Depth 0 is air: the
 /// teeth pass without force.
 #[derive(Clone, Debug, PartialEq)]
-pub struct DepthSchedule {
+pub struct Schedule {
     points: Vec<(f64, f64)>,
 }
 
-impl DepthSchedule {
-    /// The same depth at all times, m.
+impl Schedule {
+    /// The same value at all times.
     #[must_use]
     pub fn constant(depth_m: f64) -> Self {
         Self {
@@ -52,7 +53,7 @@ impl DepthSchedule {
         Ok(out)
     }
 
-    /// Checks what [`DepthSchedule::new`] checks.
+    /// Checks what [`Schedule::new`] checks.
     ///
     /// # Errors
     /// As there.
@@ -110,6 +111,27 @@ impl DepthSchedule {
         Some((self.points[first.saturating_sub(1)].0, self.points[end].0))
     }
 
+    /// Largest value.
+    #[must_use]
+    pub fn largest(&self) -> f64 {
+        self.points.iter().map(|p| p.1).fold(0.0, f64::max)
+    }
+
+    /// Smallest value.
+    #[must_use]
+    pub fn smallest(&self) -> f64 {
+        self.points
+            .iter()
+            .map(|p| p.1)
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// The points (time s, value).
+    #[must_use]
+    pub fn points(&self) -> &[(f64, f64)] {
+        &self.points
+    }
+
     /// Time of the last point, s.
     #[must_use]
     pub fn end_s(&self) -> f64 {
@@ -148,6 +170,26 @@ impl ProcessDamping {
     #[must_use]
     pub fn per_speed(&self, spindle_hz: f64) -> f64 {
         self.c_n_per_m / (core::f64::consts::PI * self.diameter_m * spindle_hz)
+    }
+}
+
+/// Wear of the edge as a slow growth of its coefficients from time 0 on.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Wear {
+    /// Relative growth of Kt and Kn, 1/s, ≥ 0.
+    pub cutting_per_s: f64,
+    /// Relative growth of the edge coefficients, 1/s, ≥ 0.
+    pub edge_per_s: f64,
+}
+
+impl Wear {
+    /// Checks the documented ranges.
+    ///
+    /// # Errors
+    /// `OutOfRange` naming the field.
+    pub fn validate(&self) -> Result<(), PlantError> {
+        non_negative(self.cutting_per_s, "cutting_per_s")?;
+        non_negative(self.edge_per_s, "edge_per_s")
     }
 }
 
@@ -211,6 +253,12 @@ impl<const N: usize> SmoothNoise<N> {
         }
     }
 
+    /// Another step from here on.
+    pub(crate) fn retime(&mut self, bandwidth_hz: f64, dt: f64) {
+        self.rho = (-TAU * bandwidth_hz * dt).exp();
+        self.kick = (1.0 - self.rho * self.rho).sqrt();
+    }
+
     pub(crate) fn advance(&mut self) -> [f64; N] {
         for x in &mut self.value {
             let e: f64 = StandardNormal.sample(&mut self.rng);
@@ -226,7 +274,7 @@ mod tests {
 
     #[test]
     fn schedule_interpolates_and_finds_the_crossing() {
-        let s = DepthSchedule::new(&[(1.0, 0.0), (2.0, 1e-3), (3.0, 1e-3)]).expect("valid");
+        let s = Schedule::new(&[(1.0, 0.0), (2.0, 1e-3), (3.0, 1e-3)]).expect("valid");
         assert_eq!(s.at(0.0), 0.0);
         assert!((s.at(1.25) - 0.25e-3).abs() < 1e-18);
         assert_eq!(s.at(9.0), 1e-3);
@@ -234,13 +282,13 @@ mod tests {
         assert_eq!(s.rises_through(2e-3), None);
         assert_eq!(s.falls_through(0.5e-3), None);
         assert_eq!(s.in_cut_s(), Some((1.0, 3.0)));
-        let back = DepthSchedule::new(&[(1.0, 2e-3), (3.0, 0.0), (4.0, 0.0)]).expect("valid");
+        let back = Schedule::new(&[(1.0, 2e-3), (3.0, 0.0), (4.0, 0.0)]).expect("valid");
         assert!((back.falls_through(0.5e-3).expect("crosses") - 2.5).abs() < 1e-12);
         assert_eq!(back.in_cut_s(), Some((1.0, 3.0)));
-        assert_eq!(DepthSchedule::constant(0.0).in_cut_s(), None);
-        assert!(DepthSchedule::new(&[(1.0, 0.0), (1.0, 1e-3)]).is_err());
-        assert!(DepthSchedule::new(&[(1.0, -1e-3)]).is_err());
-        assert!(DepthSchedule::new(&[]).is_err());
+        assert_eq!(Schedule::constant(0.0).in_cut_s(), None);
+        assert!(Schedule::new(&[(1.0, 0.0), (1.0, 1e-3)]).is_err());
+        assert!(Schedule::new(&[(1.0, -1e-3)]).is_err());
+        assert!(Schedule::new(&[]).is_err());
     }
 
     #[test]

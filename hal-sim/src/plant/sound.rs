@@ -25,6 +25,8 @@ pub enum Pickup {
     Acceleration,
     /// Velocity: a source large against the wavelength.
     Velocity,
+    /// Displacement: a proximity probe at the tool.
+    Displacement,
 }
 
 /// A resonance of the enclosure, added to the direct sound.
@@ -54,7 +56,8 @@ pub struct MicrophoneConfig {
     pub sample_rate_hz: f64,
     /// What it picks up.
     pub pickup: Pickup,
-    /// Gain from motion in x and y, Pa per m/s² (or per m/s).
+    /// Gain from motion of the place of the sensor in x and y, Pa per m/s² (or per m/s, per m). For a probe or
+    /// an accelerometer read "Pa" as its own unit throughout.
     pub gain: [f64; 2],
     /// Distance, m, ≥ 0: a delay of distance/343 s. Default 0.5.
     pub distance_m: f64,
@@ -144,6 +147,8 @@ pub struct Microphone {
     rng: ChaCha8Rng,
     index: u64,
     clipped: u64,
+    /// The machine's step rate changes: its samples' times are followed.
+    timed: bool,
 }
 
 impl Microphone {
@@ -164,26 +169,46 @@ impl Microphone {
             rng: ChaCha8Rng::seed_from_u64(config.seed),
             index: 0,
             clipped: 0,
+            timed: false,
             config,
+        })
+    }
+
+    /// For a machine whose step rate changes and is never above `step_rate_hz`: the
+    /// times of its samples are followed.
+    ///
+    /// # Errors
+    /// As [`Microphone::new`].
+    pub fn timed(config: MicrophoneConfig, step_rate_hz: f64) -> Result<Self, PlantError> {
+        Ok(Self {
+            timed: true,
+            ..Self::new(config, step_rate_hz)?
         })
     }
 
     /// Next sample; `machine` is stepped as often as needed.
     pub fn next_reading(&mut self, mut machine: impl FnMut() -> MillSample) -> Reading {
         let (gain, pickup) = (self.config.gain, self.config.pickup);
-        let direct = self.resampler.next_sample(|| {
+        let t = self.index as f64 / self.config.sample_rate_hz;
+        let mut heard = || {
             let s = machine();
             let m = match pickup {
-                Pickup::Acceleration => s.acceleration_m_s2,
-                Pickup::Velocity => s.velocity_m_s,
+                Pickup::Acceleration => s.sensor[2],
+                Pickup::Velocity => s.sensor[1],
+                Pickup::Displacement => s.sensor[0],
             };
-            gain[0] * m[0] + gain[1] * m[1]
-        });
+            (gain[0] * m[0] + gain[1] * m[1], s.t)
+        };
+        let direct = if self.timed {
+            let late = self.config.distance_m / SPEED_OF_SOUND_M_S;
+            self.resampler.next_at(t - late, heard)
+        } else {
+            self.resampler.next_sample(|| heard().0)
+        };
         let mut p = direct;
         if let Some((filter, gain)) = &mut self.enclosure {
             p += *gain * filter.process(direct);
         }
-        let t = self.index as f64 / self.config.sample_rate_hz;
         for tone in &self.config.tones {
             p += tone.amplitude_pa * (TAU * tone.f_hz * t).sin();
         }
@@ -255,7 +280,7 @@ mod tests {
                             step += 1.0;
                             let a = 2.0 * (TAU * 1000.0 * step / 192_000.0).sin();
                             MillSample {
-                                acceleration_m_s2: [a, 0.0],
+                                sensor: [[0.0; 2], [0.0; 2], [a, 0.0]],
                                 ..MillSample::default()
                             }
                         })
@@ -324,7 +349,7 @@ mod tests {
         let mut microphone = Microphone::new(small, 192_000.0).expect("valid");
         for _ in 0..480 {
             microphone.next_reading(|| MillSample {
-                acceleration_m_s2: [1.0, 0.0],
+                sensor: [[0.0; 2], [0.0; 2], [1.0, 0.0]],
                 ..MillSample::default()
             });
         }

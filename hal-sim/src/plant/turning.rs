@@ -7,7 +7,7 @@
 
 use super::error::{PlantError, non_negative, positive};
 use super::modal::{Mode, ModeBank};
-use super::process::{Contact, DepthSchedule, ForceNoise, ProcessDamping, SmoothNoise};
+use super::process::{Contact, ForceNoise, ProcessDamping, Schedule, SmoothNoise};
 
 /// Configuration of [`Turning`]. SI units.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,10 +20,12 @@ pub struct TurningConfig {
     pub ks_n_per_m2: f64,
     /// Edge coefficient, N/m, ≥ 0.
     pub edge_n_per_m: f64,
+    /// Nose radius of the tool, m, > 0; only the surface asks for it.
+    pub nose_radius_m: f64,
     /// Modes in the direction of the chip thickness.
     pub modes: Vec<Mode>,
     /// Chip width over time.
-    pub width: DepthSchedule,
+    pub width: Schedule,
     /// Flank rubbing, if any; its friction has no direction to act in here.
     pub process_damping: Option<ProcessDamping>,
     /// Broadband excitation.
@@ -46,6 +48,7 @@ impl TurningConfig {
         non_negative(self.feed_m, "feed_m")?;
         positive(self.ks_n_per_m2, "ks_n_per_m2")?;
         non_negative(self.edge_n_per_m, "edge_n_per_m")?;
+        positive(self.nose_radius_m, "nose_radius_m")?;
         self.width.validate()?;
         if let Some(p) = &self.process_damping {
             p.validate()?;
@@ -123,6 +126,12 @@ impl Turning {
         })
     }
 
+    /// Steps in a revolution.
+    #[must_use]
+    pub fn steps_per_turn(&self) -> usize {
+        self.surface.len()
+    }
+
     /// Step length, s.
     #[must_use]
     pub fn dt(&self) -> f64 {
@@ -198,8 +207,9 @@ mod tests {
             feed_m: 1e-4,
             ks_n_per_m2: 2e9,
             edge_n_per_m: 0.0,
+            nose_radius_m: 0.8e-3,
             modes: vec![MODE],
-            width: DepthSchedule::constant(width_m),
+            width: Schedule::constant(width_m),
             process_damping: None,
             noise: ForceNoise::default(),
             contact: Contact::Linear,
@@ -245,7 +255,7 @@ mod tests {
         assert!((last.position_m / want - 1.0).abs() < 1e-3);
         assert!((last.chip_m / 1e-4 - 1.0).abs() < 1e-3);
 
-        config.width = DepthSchedule::constant(1.5 * limit);
+        config.width = Schedule::constant(1.5 * limit);
         let mut wild = Turning::new(config).expect("valid");
         let q: Vec<TurnSample> = (0..200_000).map(|_| wild.step()).collect();
         let early = rms(&q[100_000..150_000]

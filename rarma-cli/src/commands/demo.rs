@@ -6,8 +6,10 @@ use crate::args::DemoArgs;
 use crate::collect::{Collector, News};
 use crate::failure::Failure;
 use crate::report::{self, ReportInput};
+use crate::scenario;
 use firmware::App;
-use hal_sim::plant::cut::{Scenario, Truth, VirtualCut};
+use hal_sim::plant::cut::VirtualCut;
+use hal_sim::plant::truth::Truth;
 use hal_sim::{Microphone, SimBoard};
 use rarma_core::monitor::MonitorConfig;
 use rarma_core::wire::{Deframer, MonitorJob, Telemetry};
@@ -15,15 +17,17 @@ use std::cell::RefCell;
 use std::fs;
 use std::rc::Rc;
 
+/// The shipped scenario that is played.
+const SCENARIO: &str = "chatter-onset";
 /// The demonstration's lines come this often, s.
 const EVERY_S: f64 = 0.01;
 
 pub(super) fn main(args: &DemoArgs) -> Result<u8, Failure> {
-    let scenario = Scenario::chatter_onset(args.seed);
+    let scenario = scenario::load(SCENARIO, Some(args.seed))?.scenario;
     let name = scenario.name.clone();
-    let cut = VirtualCut::new(scenario)
-        .map_err(|why| Failure::System(format!("scenario {name}: {why}")))?;
-    let truth = cut.truth().clone();
+    let broken = |why| Failure::System(format!("scenario {name}: {why}"));
+    let truth = scenario.truth().map_err(broken)?;
+    let cut = VirtualCut::new(&scenario).map_err(broken)?;
     let (fs, length) = (cut.sample_rate_hz(), cut.len() as u64);
     describe(&name, &truth, length as f64 / fs);
 
@@ -99,7 +103,7 @@ fn describe(name: &str, truth: &Truth, seconds: f64) {
         truth.teeth,
         truth.tooth_hz
     );
-    if let (Some(limit), Some(onset)) = (truth.limit_depth_m, truth.onset_s) {
+    if let (Some(limit), Some(onset)) = (truth.limit_depth_m(), truth.onset_s) {
         say!(
             "  the depth passes the stability limit of {:.2} mm at {onset:.2} s",
             1e3 * limit

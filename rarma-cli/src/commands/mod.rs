@@ -1,17 +1,22 @@
 //! One file per command.
 
+mod choose_order;
 mod demo;
 mod estimators;
 mod identify;
 mod lines;
+mod lobes;
 mod monitor;
 mod order;
 mod psd;
 mod show;
+mod simulate;
+mod sweep;
 mod target;
 
 pub use estimators::IdentifiedMode;
 pub use identify::{Identified, identify};
+pub use lobes::{LobePoint, Lobes, point as lobe_point};
 pub use monitor::{job, listen};
 pub use order::{Candidate, CandidateMode, candidates};
 pub use psd::{Density, density};
@@ -31,6 +36,10 @@ pub fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Identify(args) => identify::main(args),
         Command::Order(args) => order::main(args),
         Command::Psd(args) => psd::main(args),
+        Command::Lobes(args) => lobes::main(args),
+        Command::Simulate(args) => simulate::main(args),
+        Command::ChooseOrder(args) => choose_order::main(args),
+        Command::Sweep(args) => sweep::main(args),
         Command::Demo(args) => demo::main(args),
     }
 }

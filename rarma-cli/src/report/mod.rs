@@ -16,6 +16,7 @@ macro_rules! put {
 }
 
 mod axis;
+pub mod chart;
 mod colours;
 mod modes;
 mod panel;

@@ -1,0 +1,115 @@
+//! Limits of stability by semi-discretisation.
+
+use super::roots::Crossing;
+use super::{DelaySystem, Root};
+use crate::plant::error::{PlantError, positive, require};
+
+/// Where to look for a limit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DepthSearch {
+    /// Least depth, m, > 0; must be stable.
+    pub low_m: f64,
+    /// Largest depth, m.
+    pub high_m: f64,
+    /// Ratio of one depth of the upward scan to the one before, > 1. Unstable
+    /// islands narrower than this are not seen.
+    pub ratio: f64,
+    /// Width of the final bracket relative to the depth.
+    pub tolerance: f64,
+}
+
+impl DepthSearch {
+    /// From `low_m` to `high_m` in steps of 6 %, to 1e-5.
+    #[must_use]
+    pub fn between(low_m: f64, high_m: f64) -> Self {
+        Self {
+            low_m,
+            high_m,
+            ratio: 1.06,
+            tolerance: 1e-5,
+        }
+    }
+}
+
+/// A point on the stability border.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Border {
+    /// Limit depth (milling) or width (turning), m.
+    pub depth_m: f64,
+    /// How stability is lost there.
+    pub crossing: Crossing,
+    /// The root that crosses: its frequency is the chatter frequency.
+    pub root: Root,
+}
+
+/// Lowest depth at which the cut that `at` builds becomes unstable.
+///
+/// # Errors
+/// `NoLimit` if everything up to `high_m` is stable or `low_m` is not; else what
+/// `at` gives.
+pub fn limit(
+    search: &DepthSearch,
+    at: impl Fn(f64) -> Result<DelaySystem, PlantError>,
+) -> Result<Border, PlantError> {
+    let depth_m = limit_by(search, |b| Ok(at(b)?.radius()))?;
+    let system = at(depth_m)?;
+    let root = *system.roots(1).first().ok_or(PlantError::NoLimit)?;
+    let (re, im) = root.multiplier;
+    Ok(Border {
+        depth_m,
+        crossing: Crossing::of(re, im),
+        root,
+    })
+}
+
+/// Lowest depth at which `radius` passes 1, by an upward scan and regula falsi
+/// (Illinois) on radius - 1, which is smooth there.
+///
+/// # Errors
+/// As [`limit`].
+pub fn limit_by(
+    search: &DepthSearch,
+    radius: impl Fn(f64) -> Result<f64, PlantError>,
+) -> Result<f64, PlantError> {
+    positive(search.low_m, "low_m")?;
+    require(search.ratio > 1.0, "ratio")?;
+    require(search.tolerance > 0.0, "tolerance")?;
+    let excess = |b: f64| Ok(radius(b)? - 1.0);
+    let (mut low, mut at_low) = (search.low_m, excess(search.low_m)?);
+    if at_low >= 0.0 {
+        return Err(PlantError::NoLimit);
+    }
+    let (mut high, mut at_high);
+    loop {
+        if low >= search.high_m {
+            return Err(PlantError::NoLimit);
+        }
+        high = (low * search.ratio).min(search.high_m);
+        at_high = excess(high)?;
+        if at_high >= 0.0 {
+            break;
+        }
+        (low, at_low) = (high, at_high);
+    }
+    let (mut weight_low, mut weight_high) = (at_low, at_high);
+    for _ in 0..60 {
+        if high - low <= search.tolerance * high {
+            break;
+        }
+        let mut middle = (low * weight_high - high * weight_low) / (weight_high - weight_low);
+        // Never closer to an end than the tolerance: else the other never moves.
+        let edge = 0.3 * search.tolerance * high;
+        middle = middle.clamp(low + edge, high - edge);
+        let value = excess(middle)?;
+        if value < 0.0 {
+            low = middle;
+            weight_low = value;
+            weight_high *= 0.5;
+        } else {
+            high = middle;
+            weight_high = value;
+            weight_low *= 0.5;
+        }
+    }
+    Ok(0.5 * (low + high))
+}

@@ -1,0 +1,151 @@
+//! Milling as a periodic delay equation.
+
+use super::{DelaySystem, Seen, StepLaw};
+use crate::plant::error::{PlantError, positive};
+use crate::plant::milling::MillingConfig;
+use core::f64::consts::TAU;
+
+/// Axial slices over which a helical edge is averaged.
+const SLICES: usize = 24;
+
+/// Milling at axial depth `depth_m`, with at least `steps_per_period` steps in a
+/// period of the fastest mode.
+///
+/// The linear equation: every tooth in the arc cuts, runout and edge forces do
+/// not matter to a small disturbance. Equal teeth: the period is that of a
+/// tooth; unequal pitch: a revolution, delays rounded to whole steps.
+///
+/// # Errors
+/// As [`MillingConfig::validate`]; `OutOfRange` without modes.
+pub fn milling_delay(
+    config: &MillingConfig,
+    depth_m: f64,
+    steps_per_period: f64,
+) -> Result<DelaySystem, PlantError> {
+    config.validate()?;
+    positive(steps_per_period, "steps_per_period")?;
+    let shapes = config.shaped_modes();
+    let highest = shapes.iter().map(|s| s.mode.f_hz).fold(0.0, f64::max);
+    let per_tooth = (steps_per_period * highest / config.tooth_hz())
+        .ceil()
+        .max(40.0) as usize;
+    let equal = config.pitch_rad.is_empty();
+    let (steps, period_s) = if equal {
+        (per_tooth, 1.0 / config.tooth_hz())
+    } else {
+        (per_tooth * config.teeth, 1.0 / config.spindle_hz)
+    };
+    let step_rad = TAU * period_s * config.spindle_hz / steps as f64;
+    let teeth = teeth(config, step_rad);
+    let laws: Vec<StepLaw> = (0..steps)
+        .map(|k| law(config, depth_m, k as f64 * step_rad, step_rad, &teeth))
+        .collect();
+    let ahead = config.feed_ahead_m_per_rad();
+    let seen = shapes
+        .iter()
+        .map(|s| Seen {
+            mode: s.mode,
+            input: [s.x, s.y, s.turn_rad_per_m],
+            chip: [s.x - ahead * s.turn_rad_per_m, s.y],
+            motion: [s.x, s.y],
+        })
+        .collect();
+    DelaySystem::new(seen, period_s, &laws)
+}
+
+/// Angle by which each tooth trails tooth 0, and its delay in steps.
+fn teeth(config: &MillingConfig, step_rad: f64) -> Vec<(f64, usize)> {
+    let n = config.teeth;
+    let pitch = |j: usize| config.pitch_rad.get(j).copied().unwrap_or(TAU / n as f64);
+    let mut trail = 0.0;
+    (0..n)
+        .map(|j| {
+            let before = pitch((j + n - 1) % n);
+            let tooth = (trail, ((before / step_rad).round() as usize).max(1));
+            trail += pitch(j);
+            tooth
+        })
+        .collect()
+}
+
+/// Means over the step from angle `from` of tooth 0.
+fn law(
+    config: &MillingConfig,
+    depth_m: f64,
+    from: f64,
+    step_rad: f64,
+    teeth: &[(f64, usize)],
+) -> StepLaw {
+    let rub = config
+        .process_damping
+        .map_or((0.0, 0.0), |p| (p.per_speed(config.spindle_hz), p.friction));
+    let radius = 0.5 * config.diameter_m;
+    let lag = config.helix_lag_rad(depth_m);
+    let slices = if lag > 0.0 { SLICES } else { 1 };
+    let mut out = StepLaw::default();
+    for (trail, delay) in teeth {
+        let mut mean = Moments::default();
+        for slice in 0..slices {
+            let behind = trail + lag * (slice as f64 + 0.5) / slices as f64;
+            mean.add(config, (from - behind).rem_euclid(TAU), step_rad);
+        }
+        let share = depth_m / (slices as f64 * step_rad);
+        let k = mean.coupling(config.kt_n_per_m2, config.kn_n_per_m2, radius);
+        let r = mean.coupling(rub.0 * rub.1, rub.0, radius);
+        let k = k.map(|row| row.map(|x| x * share));
+        for (sum, row) in out.rubbing.iter_mut().zip(r) {
+            for (s, x) in sum.iter_mut().zip(row) {
+                *s += x * share;
+            }
+        }
+        match out.regeneration.iter_mut().find(|(d, _)| d == delay) {
+            Some((_, sum)) => {
+                for (s, x) in sum.iter_mut().flatten().zip(k.iter().flatten()) {
+                    *s += x;
+                }
+            }
+            None => out.regeneration.push((*delay, k)),
+        }
+    }
+    out
+}
+
+/// Integrals of sin², sin·cos, cos², sin and cos over the part of a step in the arc.
+#[derive(Default)]
+struct Moments {
+    ss: f64,
+    sc: f64,
+    cc: f64,
+    s: f64,
+    c: f64,
+}
+
+impl Moments {
+    fn add(&mut self, config: &MillingConfig, from: f64, step: f64) {
+        let arc = config.engagement;
+        for turn in [0.0, TAU] {
+            let low = from.max(arc.entry_rad + turn);
+            let high = (from + step).min(arc.exit_rad + turn);
+            if high <= low {
+                continue;
+            }
+            let (s0, c0) = low.sin_cos();
+            let (s1, c1) = high.sin_cos();
+            let (plain, double) = (high - low, s1 * c1 - s0 * c0);
+            self.ss += 0.5 * (plain - double);
+            self.cc += 0.5 * (plain + double);
+            self.sc += 0.5 * (s1 * s1 - s0 * s0);
+            self.s += c0 - c1;
+            self.c += s1 - s0;
+        }
+    }
+
+    /// F = -K·Δ for tangential and radial coefficients kt and kn.
+    fn coupling(&self, kt: f64, kn: f64, radius: f64) -> super::Coupling {
+        [
+            [kt * self.sc + kn * self.ss, kt * self.cc + kn * self.sc],
+            [-kt * self.ss + kn * self.sc, -kt * self.sc + kn * self.cc],
+            [radius * kt * self.s, radius * kt * self.c],
+        ]
+    }
+}

@@ -1,0 +1,138 @@
+//! Options of the commands around the virtual machine tool.
+
+use super::{any_order, pair, positive, within};
+use clap::Args;
+use std::path::PathBuf;
+
+/// Options of `lobes`.
+#[derive(Debug, Clone, Args)]
+pub struct LobesArgs {
+    /// TOML files or names of shipped scenarios; several are overlaid.
+    #[arg(required = true, value_name = "SCENARIO")]
+    pub scenarios: Vec<String>,
+    /// Spindle speeds in 1/min [default: half to one and a half times the scenario's].
+    #[arg(long, value_name = "LO:HI", value_parser = speeds)]
+    pub rpm: Option<(f64, f64)>,
+    /// Number of speeds.
+    #[arg(long, default_value_t = 121,
+          value_parser = |text: &str| text.parse::<usize>().ok().filter(|n| (1..=20_000).contains(n)).ok_or("must lie between 1 and 20000"))]
+    pub speeds: usize,
+    /// Largest depth in mm [default: twice the scenario's].
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    pub max_depth_mm: Option<f64>,
+    /// One JSON object on standard output.
+    #[arg(long)]
+    pub json: bool,
+    /// Write a page with the pictures into this folder.
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
+}
+
+/// Options of `choose-order`.
+#[derive(Debug, Clone, Args)]
+pub struct ChooseOrderArgs {
+    /// A TOML file, or the name of a shipped scenario.
+    pub scenario: String,
+    /// Depth in mm [default: the scenario's largest, or 0.8 of the limit below it].
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    pub depth_mm: Option<f64>,
+    /// Largest p.
+    #[arg(long, value_name = "P", default_value_t = 8,
+          value_parser = |text: &str| text.parse::<usize>().ok().filter(|p| (2..=30).contains(p)).ok_or("must lie between 2 and 30"))]
+    pub max: usize,
+    /// Seconds of each run.
+    #[arg(long, value_name = "SECONDS", default_value_t = 3.0, value_parser = length)]
+    pub seconds: f64,
+    /// Runs with different noise.
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=100))]
+    pub runs: u32,
+    /// Seed of the first run.
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// Compare the candidates with the forced vibration in; without this the cut
+    /// without noise is subtracted.
+    #[arg(long)]
+    pub with_forced: bool,
+    /// Write the box's settings: .json, or postcard with any other ending.
+    #[arg(long, value_name = "FILE")]
+    pub settings: Option<PathBuf>,
+    /// One JSON object on standard output.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Options of `sweep`.
+#[derive(Debug, Clone, Args)]
+pub struct SweepArgs {
+    /// TOML files or names of shipped scenarios; several are overlaid.
+    #[arg(required = true, value_name = "SCENARIO")]
+    pub scenarios: Vec<String>,
+    /// Depths in mm.
+    #[arg(long, value_name = "LO:HI", value_parser = depths)]
+    pub depth_mm: (f64, f64),
+    /// Number of depths.
+    #[arg(long, default_value_t = 25,
+          value_parser = |text: &str| text.parse::<usize>().ok().filter(|n| (1..=5000).contains(n)).ok_or("must lie between 1 and 5000"))]
+    pub steps: usize,
+    /// Spindle speeds in 1/min instead of the scenario's, separated by commas.
+    #[arg(long, value_name = "RPM", value_delimiter = ',', value_parser = positive)]
+    pub rpm: Vec<f64>,
+    /// Order of the model that reads the damping, 0 to 30 each.
+    #[arg(long, value_name = "P,Q", default_value = "6,5", value_parser = any_order)]
+    pub order: (usize, usize),
+    /// Seconds of sound at each depth.
+    #[arg(long, value_name = "SECONDS", default_value_t = 4.0, value_parser = length)]
+    pub seconds: f64,
+    /// Seed of everything random.
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// One JSON object on standard output.
+    #[arg(long)]
+    pub json: bool,
+    /// Write a page with the pictures into this folder.
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
+}
+
+/// Options of `simulate`.
+#[derive(Debug, Clone, Args)]
+pub struct SimulateArgs {
+    /// A TOML file, or the name of a shipped scenario.
+    pub scenario: Option<String>,
+    /// Recording to write (WAV).
+    #[arg(long, value_name = "FILE.wav")]
+    pub out: Option<PathBuf>,
+    /// What is true of it (JSON).
+    #[arg(long, value_name = "FILE.json")]
+    pub truth: Option<PathBuf>,
+    /// Seed of everything random; wins over the file's.
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// The truth on standard output as JSON.
+    #[arg(long)]
+    pub json: bool,
+    /// List the shipped scenarios.
+    #[arg(long)]
+    pub list: bool,
+    /// Print the JSON schema of a scenario file.
+    #[arg(long)]
+    pub schema: bool,
+}
+
+fn length(text: &str) -> Result<f64, String> {
+    within(text, 0.5, 600.0)
+}
+
+fn depths(text: &str) -> Result<(f64, f64), String> {
+    let (low, high) = pair(text, ':', "LO:HI in mm, such as 0.05:1")?;
+    (low > 0.0 && high >= low && high <= 200.0)
+        .then_some((low, high))
+        .ok_or("must lie above 0 and up to 200, the lower depth first".to_owned())
+}
+
+fn speeds(text: &str) -> Result<(f64, f64), String> {
+    let (low, high) = pair(text, ':', "LO:HI in 1/min, such as 5000:25000")?;
+    (low >= 60.0 && high >= low && high <= 200_000.0)
+        .then_some((low, high))
+        .ok_or("must lie between 60 and 200000, the lower speed first".to_owned())
+}

@@ -1,0 +1,139 @@
+//! `rarma simulate`: a scenario to a recording and what is true of it.
+
+use super::show;
+use crate::args::SimulateArgs;
+use crate::failure::Failure;
+use crate::scenario::{self, Loaded};
+use crate::truth::TruthRecord;
+use hal_sim::plant::cut::VirtualCut;
+use std::fs;
+use std::path::Path;
+use std::time::Instant;
+
+/// Samples between two updates of the progress bar.
+const BAR_STEP: usize = 24_000;
+
+pub(super) fn main(args: &SimulateArgs) -> Result<u8, Failure> {
+    if args.list {
+        for (name, _) in scenario::SHIPPED {
+            let loaded = scenario::load(name, None)?;
+            say!("{name:22} {}", loaded.about);
+        }
+        return Ok(0);
+    }
+    if args.schema {
+        say!("{:#}", scenario::schema());
+        return Ok(0);
+    }
+    let Some(name) = &args.scenario else {
+        return Err(Failure::Usage(
+            "SCENARIO is missing: a TOML file or a shipped name (--list shows them)".to_owned(),
+        ));
+    };
+    let loaded = scenario::load(name, args.seed)?;
+    let truth = TruthRecord::of(&loaded).map_err(Failure::Input)?;
+    let json = serde_json::to_string_pretty(&truth).map_err(std::io::Error::from)?;
+    if let Some(out) = &args.out {
+        let start = Instant::now();
+        let clipped = write(&loaded, out)?;
+        let took = start.elapsed().as_secs_f64();
+        if !args.json {
+            say!(
+                "{}: {:.2} s at {} Hz in {took:.2} s ({:.0} simulated seconds per second)",
+                out.display(),
+                loaded.scenario.duration_s,
+                loaded.scenario.microphone.sample_rate_hz,
+                loaded.scenario.duration_s / took
+            );
+        }
+        if clipped > 0 {
+            eprintln!("{name}: {clipped} samples clipped (raise microphone.full_scale_pa)");
+        }
+    }
+    if let Some(path) = &args.truth {
+        fs::write(path, &json)?;
+    }
+    if args.json {
+        say!("{json}");
+    } else {
+        describe(&loaded, &truth);
+    }
+    Ok(0)
+}
+
+/// Plays the cut into a WAV file; the number of clipped samples.
+///
+/// # Errors
+/// The file cannot be written.
+fn write(loaded: &Loaded, out: &Path) -> Result<u64, Failure> {
+    let mut cut = VirtualCut::new(&loaded.scenario)
+        .map_err(|why| Failure::Input(format!("{}: {why}", loaded.scenario.name)))?;
+    let bits = loaded.scenario.microphone.converter.bits;
+    let container = if bits <= 16 { 16 } else { 24 };
+    let spec = hound::WavSpec {
+        channels: 1,
+        sample_rate: cut.sample_rate_hz().round() as u32,
+        bits_per_sample: container,
+        sample_format: hound::SampleFormat::Int,
+    };
+    let failed = |why: hound::Error| Failure::System(format!("{}: {why}", out.display()));
+    let mut file = hound::WavWriter::create(out, spec).map_err(failed)?;
+    let bar = show::progress(cut.len() as u64, "cutting");
+    let mut count = 0;
+    for reading in cut.by_ref() {
+        // Codes of fewer bits are aligned to the left: full scale stays full scale.
+        file.write_sample(reading.code << (u32::from(container) - bits))
+            .map_err(failed)?;
+        count += 1;
+        if count % BAR_STEP == 0 {
+            bar.set_position(count as u64);
+        }
+    }
+    bar.finish_and_clear();
+    file.finalize().map_err(failed)?;
+    Ok(cut.microphone().clipped())
+}
+
+/// The truth for people.
+pub(super) fn describe(loaded: &Loaded, truth: &TruthRecord) {
+    say!("{}: {}", loaded.scenario.name, loaded.about);
+    say!(
+        "  spindle {:.0} 1/min, {} {} (tooth passing {:.1} Hz), {:.2} s",
+        truth.speed_rpm,
+        truth.teeth,
+        if truth.teeth == 1 { "tooth" } else { "teeth" },
+        truth.tooth_hz,
+        truth.duration_s
+    );
+    match &truth.limit {
+        Some(limit) => say!(
+            "  stability limit {:.4} mm ({}, {:.1} Hz); zero-order {}",
+            limit.depth_mm,
+            limit.crossing,
+            limit.chatter_hz,
+            truth
+                .zero_order_mm
+                .map_or("not valid here".to_owned(), |d| format!("{d:.4} mm"))
+        ),
+        None => say!("  no stability limit up to four times the largest depth"),
+    }
+    match (truth.onset_s, truth.end_s) {
+        (Some(on), Some(off)) => say!("  unstable from {on:.3} s to {off:.3} s"),
+        (Some(on), None) => say!("  unstable from {on:.3} s to the end"),
+        _ => say!("  stable throughout"),
+    }
+    for o in &truth.operational {
+        let roots: Vec<String> = o
+            .roots
+            .iter()
+            .map(|r| format!("{:.1} Hz {:+.3} %", r.f, 100.0 * r.zeta))
+            .collect();
+        say!(
+            "  {:7.3} s  {:6.3} mm  {:6.0} 1/min  {}",
+            o.t_s,
+            o.depth_mm,
+            o.speed_rpm,
+            roots.join(", ")
+        );
+    }
+}
