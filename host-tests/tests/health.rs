@@ -17,7 +17,7 @@ use host_tests::health::{MEMORY, Recovery, Tally, Watched, all_orders, box_setti
 use host_tests::hostile::{EVERYDAY, GOOD_RMS, Hostile, RARE};
 use host_tests::signal;
 use rarma_core::Real;
-use rarma_core::estimate::{RarmaConfig, RecursiveArma};
+use rarma_core::estimate::{RarmaConfig, RecursiveArma, Status};
 use std::sync::Mutex;
 use std::thread;
 
@@ -239,35 +239,15 @@ fn for_ever(samples: usize) {
             .map(|m| (m.order(), m.tally()))
             .collect::<Vec<_>>()
     });
-    let mut healthy = 0;
     for (hostile, tallies) in EVERYDAY.iter().zip(tallies) {
         for (order, tally) in tallies {
             let what = format!("{} {order:?}: {tally:?}", hostile.name);
             assert_eq!(tally.samples, samples as u64);
-            if tally.healthy() && tally.rejected == 0 {
-                healthy += 1;
-                continue;
-            }
-            println!("{what}");
-            // See `a_constant_leaves_the_covariance_definite_without_forgetting`: about
-            // one new start in a million samples, and 15 samples until d is lifted.
-            let per_million = MILLION as u64 * tally.rejected / samples as u64;
-            assert_eq!((hostile.name, tally.unstable), (CONSTANT, 0), "{what}");
-            assert!(
-                per_million < 2 && tally.not_finite <= tally.rejected,
-                "{what}"
-            );
-            assert!(
-                tally.indefinite < 1000 * (samples / MILLION) as u64,
-                "{what}"
-            );
+            assert!(tally.healthy() && tally.rejected == 0, "{what}");
         }
     }
-    println!("{healthy} of 72 healthy throughout");
+    println!("72 of 72 healthy throughout");
 }
-
-/// Predicted to the last digit, it drives a factor of the covariance to 0.
-const CONSTANT: &str = "constant 0.5";
 
 #[test]
 #[cfg_attr(debug_assertions, ignore = "in release only: 70 million samples")]
@@ -326,26 +306,20 @@ fn rare(samples: usize) {
             );
             let what = format!("{} {order:?}: {tally:?}", hostile.name);
             assert_eq!(tally.indefinite, 0, "{what}");
-            if hostile.name == CLOSE_LINES {
-                let share = 8.0 * tally.unstable as f64 / samples as f64;
-                assert!(share < 0.02, "{what}");
-                assert!(tally.not_finite <= (samples / MILLION) as u64, "{what}");
-            } else {
-                assert_eq!(tally.not_finite, 0, "{what}");
-                assert_eq!(tally.unstable, 0, "{what}");
-            }
+            assert_eq!(tally.not_finite, 0, "{what}");
+            assert_eq!(tally.unstable, 0, "{what}");
             let (typical, longest) = (recovery.typical(), expected(hostile.size));
             assert!(typical.is_some_and(|n| n <= longest), "{what}: {typical:?}");
         }
     }
 }
 
-/// From 1e-22 to 1e18: forty decades of a narrow mode. Beyond, squares leave the range
-/// of single precision.
+/// From 1e-22 to 1e14: 36 decades of a narrow mode. Beyond, samples are rejected, for
+/// their squares leave the range of single precision.
 #[test]
 #[cfg_attr(debug_assertions, ignore = "in release only: 30 million samples")]
-fn healthy_over_forty_decades() {
-    for decade in (-22..=18).step_by(2) {
+fn healthy_over_thirty_six_decades() {
+    for decade in (-22..=14).step_by(2) {
         let scale = 10f64.powi(decade);
         let mode = signal::modes(&[(980.0, 0.0007)], 6000.0, 3).take(100_000);
         let samples: Vec<f32> = mode.map(|y| (scale * y) as f32).collect();
@@ -359,7 +333,6 @@ fn healthy_over_forty_decades() {
 }
 
 #[test]
-#[ignore = "needs a test of C that is sharp in f32 near the circle: radius 1.006 is passed as below 0.998"]
 fn c_stays_stable_between_two_close_lines() {
     let lines = RARE.iter().find(|hostile| hostile.name == CLOSE_LINES);
     let mut model = fresh::<f32>();
@@ -370,7 +343,6 @@ fn c_stays_stable_between_two_close_lines() {
 }
 
 #[test]
-#[ignore = "needs a floor under d inside the measurement update: with λ = 1 a factor reaches 0 at sample 1 266 070"]
 fn a_constant_leaves_the_covariance_definite_without_forgetting() {
     let mut model = RecursiveArma::<f32, 8, 7, 15>::new(RarmaConfig::default());
     for k in 0..1_300_000 {
@@ -381,13 +353,15 @@ fn a_constant_leaves_the_covariance_definite_without_forgetting() {
 }
 
 #[test]
-#[ignore = "needs a guard where y² overflows: the covariance is NaN for one sample, then the model starts anew"]
 fn the_largest_numbers_leave_no_nan() {
     let mut model = RecursiveArma::<f32, 2, 1, 3>::new(box_settings());
     for k in 0..2000u16 {
         model.update(f32::from(k % 7));
     }
+    let before = *model.theta();
     let step = model.update(f32::MAX);
+    assert_eq!(step.status, Status::Rejected);
+    assert_eq!(*model.theta(), before);
     let numbers = step.innovation.is_finite() && model.theta().iter().all(|x| x.is_finite());
     assert!(
         numbers && model.covariance().is_definite(3),
