@@ -7,6 +7,7 @@ mod band;
 mod biquad;
 mod fir;
 mod health;
+mod lines;
 
 pub use band::{Band, BandError, BandFilter, TOP_FRACTION};
 pub use biquad::{Biquad, BiquadState, Pass, ZERO_FRACTION};
@@ -14,3 +15,4 @@ pub use fir::{FirStage, MAX_TAPS, STOP_DB};
 pub use health::{
     CLIP_MEMORY_S, CLIPPED_FRACTION, Fault, HOLD_S, Health, HealthCounts, LARGEST, STUCK_S,
 };
+pub use lines::{KnownLines, LinesError};

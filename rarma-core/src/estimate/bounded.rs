@@ -3,8 +3,8 @@
 use super::config::RarmaConfig;
 use super::rarma::RecursiveArma;
 use super::status::Step;
-use super::ud::UdFactors;
 use crate::real::Real;
+use crate::ud::UdFactors;
 
 /// Largest p and largest q of [`BoundedArma`].
 pub const MAX_ORDER: usize = 30;

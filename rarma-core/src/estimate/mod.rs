@@ -9,13 +9,14 @@ pub mod batch;
 mod bounded;
 mod config;
 mod rarma;
+mod running_whiteness;
 mod schur;
 mod start;
 mod status;
-mod ud;
 
+pub use crate::ud::UdFactors;
 pub use bounded::BoundedArma;
 pub use config::{ConfigError, Gradient, RarmaConfig};
 pub use rarma::{Arma21, Arma22, Arma43, Arma44, Arma65, Arma66, Arma87, Arma88, RecursiveArma};
+pub use running_whiteness::{RUNNING_LAGS, RunningWhiteness};
 pub use status::{Limit, Status, Step};
-pub use ud::UdFactors;

@@ -6,8 +6,8 @@ use super::config::{Gradient, RarmaConfig};
 use super::schur;
 use super::start::Start;
 use super::status::{Limit, Status, Step};
-use super::ud::UdFactors;
 use crate::real::Real;
+use crate::ud::UdFactors;
 
 /// Least innovation variance, so that silence divides by a normal number.
 pub(super) const SMALLEST_VARIANCE: f64 = 1e-30;

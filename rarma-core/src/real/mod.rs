@@ -2,7 +2,7 @@
 //!
 //! One trait with exactly the operations the signal path needs, so that every
 //! algorithm has one source. Functions come from `libm`, which works without std,
-//! except those of `f32` that every sample or every mode needs: see [`single`].
+//! except those of `f32` that every sample or every mode needs, which are our own (`single.rs`).
 
 mod single;
 

@@ -1,8 +1,8 @@
 //! Poles to frequency and damping ratio, with their uncertainty.
 
 use super::factors::{Quadratic, Roots};
-use crate::estimate::UdFactors;
 use crate::real::Real;
+use crate::ud::UdFactors;
 
 /// Natural frequency and damping ratio of a conjugate pole pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
