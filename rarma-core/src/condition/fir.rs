@@ -78,7 +78,9 @@ impl<T: Real> FirStage<T> {
         if self.factor == 1 && self.length == 1 {
             return Some(x);
         }
-        self.history[self.at] = x;
+        if let Some(place) = self.history.get_mut(self.at) {
+            *place = x;
+        }
         self.at = if self.at + 1 >= self.length {
             0
         } else {

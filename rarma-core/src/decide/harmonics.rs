@@ -48,7 +48,7 @@ impl<T: Real> Rotation<T> {
             .max(T::from_f64(LEAST_WIDTH_HZ))
             .max(f * T::from_f64(SPEED_ACCURACY))
             .min(spindle * T::from_f64(WIDEST_FRACTION));
-        ((ratio - nearest).abs() * spindle <= width).then(|| nearest.to_f64() as u32)
+        ((ratio - nearest).abs() * spindle <= width).then(|| nearest.to_f32() as u32)
     }
 }
 

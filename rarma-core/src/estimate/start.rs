@@ -68,7 +68,7 @@ pub(super) struct Start<T, const N: usize> {
     /// n: samples of the least squares.
     length: usize,
     /// Place of the stage in its pass over the samples.
-    at: usize,
+    place: usize,
     /// Order of the lattice so far, and the order wanted.
     order: usize,
     wanted: usize,
@@ -96,7 +96,7 @@ impl<T: Real, const N: usize> Start<T, N> {
             store: [T::ZERO; ROOM],
             taken: 0,
             length,
-            at: 0,
+            place: 0,
             order: 0,
             wanted: 0,
             reflection: T::ZERO,
@@ -113,18 +113,36 @@ impl<T: Real, const N: usize> Start<T, N> {
         matches!(self.stage, Stage::Over)
     }
 
+    /// A place of the store; the sums above keep every index inside.
+    #[inline(always)]
+    fn at(&self, i: usize) -> T {
+        self.store.get(i).copied().unwrap_or(T::ZERO)
+    }
+
+    #[inline(always)]
+    fn put(&mut self, i: usize, x: T) {
+        if let Some(place) = self.store.get_mut(i) {
+            *place = x;
+        }
+    }
+
     /// Order 0 of the lattice: both errors are the samples themselves.
     fn begin_lattice(&mut self, n: usize) {
         self.wanted = (n + n / 2)
             .clamp(SHORTEST, LONGEST)
             .min(self.length.saturating_sub(2) / 4);
         self.order = 0;
-        self.store.copy_within(..self.length, BACKWARD);
-        self.store.copy_within(..self.length, FORWARD);
         self.cross = T::ZERO;
         self.square = T::ZERO;
-        for t in 1..self.length {
-            self.add(self.store[t], self.store[t - 1]);
+        let mut before = T::ZERO;
+        for t in 0..self.length {
+            let y = self.at(t);
+            self.put(BACKWARD + t, y);
+            self.put(FORWARD + t, y);
+            if t > 0 {
+                self.add(y, before);
+            }
+            before = y;
         }
         self.begin_lattice_stage();
         self.stage = Stage::Lattice;
@@ -133,13 +151,13 @@ impl<T: Real, const N: usize> Start<T, N> {
     /// Burg: k = −2 Σ f·b₋₁ / Σ (f² + b₋₁²), over all samples that have both.
     fn begin_lattice_stage(&mut self) {
         self.order += 1;
-        self.at = self.order;
+        self.place = self.order;
         self.reflection = if self.square > T::ZERO {
             -(self.cross + self.cross) / self.square
         } else {
             T::ZERO
         };
-        self.overwritten = self.store[BACKWARD + self.order - 1];
+        self.overwritten = self.at(BACKWARD + self.order - 1);
         self.cross = T::ZERO;
         self.square = T::ZERO;
     }
@@ -154,30 +172,30 @@ impl<T: Real, const N: usize> Start<T, N> {
     fn lattice_unit(&mut self) {
         if self.order > self.wanted {
             self.stage = Stage::Rounds;
-            self.at = 0;
+            self.place = 0;
             return;
         }
-        let end = (self.at + LATTICE_UNIT).min(self.length);
-        for t in self.at..end {
-            let (forward, backward) = (self.store[FORWARD + t], self.overwritten);
-            self.overwritten = self.store[BACKWARD + t];
+        let end = (self.place + LATTICE_UNIT).min(self.length);
+        for t in self.place..end {
+            let (forward, backward) = (self.at(FORWARD + t), self.overwritten);
+            self.overwritten = self.at(BACKWARD + t);
             let f = forward + self.reflection * backward;
-            self.store[FORWARD + t] = f;
-            self.store[BACKWARD + t] = backward + self.reflection * forward;
+            self.put(FORWARD + t, f);
+            self.put(BACKWARD + t, backward + self.reflection * forward);
             if t > self.order {
-                self.add(f, self.store[BACKWARD + t - 1]);
+                self.add(f, self.at(BACKWARD + t - 1));
             }
         }
-        self.at = end;
-        if self.at == self.length {
+        self.place = end;
+        if self.place == self.length {
             self.begin_lattice_stage();
         }
     }
 
     /// Mean square of what the lattice cannot predict.
     fn innovation_variance(&self) -> T {
-        let errors = &self.store[FORWARD + self.wanted..FORWARD + self.length];
-        mean_square(errors)
+        let errors = self.store.get(FORWARD + self.wanted..FORWARD + self.length);
+        mean_square(errors.unwrap_or(&[]))
     }
 }
 
@@ -236,35 +254,35 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
             Stage::Collect | Stage::Over => {}
             Stage::Lattice => self.start.lattice_unit(),
             Stage::Rounds => {
-                if self.start.at == 0 {
+                if self.start.place == 0 {
                     self.begin_round();
                 }
                 self.row(p, q);
-                self.start.at += 1;
-                if self.start.at == self.start.length {
+                self.start.place += 1;
+                if self.start.place == self.start.length {
                     self.end_round(p, q);
                 }
             }
             Stage::WarmUp => {
                 let filtered = matches!(self.config.gradient, Gradient::Filtered);
-                let end = (self.start.at + WARM_UNIT).min(self.start.length);
-                for t in self.start.at..end {
-                    let y = self.start.store[t];
+                let end = (self.start.place + WARM_UNIT).min(self.start.length);
+                for t in self.start.place..end {
+                    let y = self.start.at(t);
                     let e = self.predict(y, p, q);
                     let _ = self.filter(y, e, p, q, filtered);
                 }
-                self.start.at = end;
+                self.start.place = end;
                 if end == self.start.length {
                     self.start.stage = Stage::CatchUp;
                 }
             }
             Stage::CatchUp => {
-                if self.start.at < self.start.taken {
-                    let y = self.start.store[self.start.at];
-                    self.start.at += 1;
+                if self.start.place < self.start.taken {
+                    let y = self.start.at(self.start.place);
+                    self.start.place += 1;
                     let _ = self.advance(y, p, q);
                 }
-                if self.start.at >= self.start.taken {
+                if self.start.place >= self.start.taken {
                     self.start.stage = Stage::Over;
                 }
             }
@@ -293,15 +311,15 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
 
     /// One row of a round: y_f − ê_f = −Σ aᵢ y_f(t−i) + Σ cⱼ ê_f(t−j) + error.
     fn row(&mut self, p: usize, q: usize) {
-        let (t, n) = (self.start.at, p + q);
+        let (t, n) = (self.start.place, p + q);
         // Before the lattice has its full order its errors are no innovations.
         let innovation = if t >= self.start.wanted {
-            self.start.store[FORWARD + t]
+            self.start.at(FORWARD + t)
         } else {
             T::ZERO
         };
         let row = self.psi;
-        let (minus_y_f, e_f) = self.filter(self.start.store[t], innovation, p, q, true);
+        let (minus_y_f, e_f) = self.filter(self.start.at(t), innovation, p, q, true);
         if t < self.start.wanted + p.max(q) {
             return;
         }
@@ -330,7 +348,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
         }
         self.theta = self.start.next;
         shrink::<T, N>(&mut self.theta[p..n], self.config.c_radius);
-        self.start.at = 0;
+        self.start.place = 0;
         self.start.round += 1;
         // Without C every round is the same.
         if self.start.round < ROUNDS && q > 0 {

@@ -37,20 +37,24 @@ impl<T: Real> Report<T> {
         standing: Option<&Standing<T>>,
     ) -> Self {
         let mut sorted: [Option<Mode<T>>; MAX_MODES] = [None; MAX_MODES];
-        let mut count = 0;
         for (slot, mode) in modes.iter().enumerate() {
             let Some((mode, _)) = mode else { continue };
             let mut mode = *mode;
             if standing.is_some_and(|s| s.slot == slot) {
                 mode.label = Label::SelfExcited;
             }
-            let mut at = count;
-            while at > 0 && sorted[at - 1].is_some_and(|m| m.frequency > mode.frequency) {
-                sorted[at] = sorted[at - 1];
-                at -= 1;
+            // Carried along: each place keeps the lower of the two.
+            let mut carried = Some(mode);
+            for place in &mut sorted {
+                let lower = match (*place, carried) {
+                    (Some(there), Some(new)) => new.frequency < there.frequency,
+                    (None, _) => true,
+                    (_, None) => false,
+                };
+                if lower {
+                    core::mem::swap(place, &mut carried);
+                }
             }
-            sorted[at] = Some(mode);
-            count += 1;
         }
         Self {
             sample,

@@ -380,10 +380,12 @@ fn pair_neighbours<T: Real>(q: &mut [Quadratic<T>]) {
         // Sort the four and join the inner two, the outer two.
         let (lowest, highest) = (a.min(c), b.max(d));
         let (inner_low, inner_high) = (a.max(c), b.min(d));
-        q[i] = Quadratic {
-            u: inner_low + inner_high,
-            v: inner_low * inner_high,
-        };
+        if let Some(inner) = q.get_mut(i) {
+            *inner = Quadratic {
+                u: inner_low + inner_high,
+                v: inner_low * inner_high,
+            };
+        }
         q[k] = Quadratic {
             u: lowest + highest,
             v: lowest * highest,
