@@ -8,6 +8,8 @@
 pub mod batch;
 mod bounded;
 mod config;
+mod gradient;
+mod iv;
 mod rarma;
 mod schur;
 mod start;
@@ -15,7 +17,8 @@ mod status;
 mod ud;
 
 pub use bounded::BoundedArma;
-pub use config::{ConfigError, Gradient, RarmaConfig};
+pub use config::{ConfigError, Gain, Gradient, RarmaConfig};
+pub use iv::{IvConfig, RecursiveIv};
 pub use rarma::{Arma21, Arma22, Arma43, Arma44, Arma65, Arma66, Arma87, Arma88, RecursiveArma};
 pub use status::{Limit, Status, Step};
 pub use ud::UdFactors;
