@@ -223,6 +223,10 @@ pub enum Method {
     Rpem,
     /// Recursive pseudo-linear regression (extended least squares).
     Rplr,
+    /// Recursive normalised gradient: little work a sample, less accurate.
+    Gradient,
+    /// Recursive instrumental variables for A, innovations algorithm for C.
+    Riv,
     /// Instrumental variables for A, innovations algorithm for C.
     Iv,
     /// Burg, autoregressive.
@@ -248,6 +252,8 @@ impl Method {
             Self::Ml => "ml",
             Self::Rpem => "rpem",
             Self::Rplr => "rplr",
+            Self::Gradient => "gradient",
+            Self::Riv => "riv",
             Self::Iv => "iv",
             Self::Burg => "burg",
             Self::YuleWalker => "yule-walker",

@@ -5,7 +5,7 @@ use crate::args::Method;
 use rarma_core::estimate::batch::{
     self, ArFit, ArmaFit, Bound, FitError, Ml, MlConfig, Pem, PemConfig,
 };
-use rarma_core::estimate::{BoundedArma, Gradient, RarmaConfig};
+use rarma_core::estimate::{BoundedArma, Gain, Gradient, IvConfig, RarmaConfig, RecursiveIv};
 use rarma_core::spectrum::{FactorTracker, Roots, deviation, modal};
 use serde::Serialize;
 
@@ -78,7 +78,9 @@ pub fn fit(
 ) -> Result<Model, String> {
     let words = |why: FitError| format!("{}: {why}", method.name());
     let fit = match method {
-        Method::Rpem | Method::Rplr => return recursive(method, y, (p, q), memory),
+        Method::Rpem | Method::Rplr | Method::Gradient => {
+            return recursive(method, y, (p, q), memory);
+        }
         Method::Pem => Pem::new(PemConfig::default()).and_then(|m| m.fit::<N>(y, p, q)),
         Method::Ml => Ml::new(MlConfig {
             with_mean: false,
@@ -93,6 +95,7 @@ pub fn fit(
                 batch::geometric_lattice(y, p).map_err(words)?,
             ));
         }
+        Method::Riv => return recursive_instruments(y, (p, q), memory),
         Method::Iv => return instruments(y, (p, q)).map_err(words),
         Method::Esprit => return lines::subspace(y, (p, q)).map_err(words),
         Method::Tones => return lines::tones(y, (p, q)).map_err(words),
@@ -140,6 +143,28 @@ pub(super) fn with_moving_average(y: &[f64], a: &[f64], q: usize) -> Result<Mode
     })
 }
 
+/// A by one pass of recursive instrumental variables, C from what A leaves.
+fn recursive_instruments(
+    y: &[f64],
+    (p, q): (usize, usize),
+    memory: Memory,
+) -> Result<Model, String> {
+    let name = Method::Riv.name();
+    let config = IvConfig {
+        forgetting: memory.forgetting,
+        ..IvConfig::default()
+    };
+    let mut model = RecursiveIv::<f64, MAX_ORDER>::new(p, q, config)
+        .ok_or_else(|| format!("{name}: p must be 1 to {MAX_ORDER} and q at most {MAX_ORDER}"))?;
+    for &x in y {
+        model.update(x);
+    }
+    if model.a().iter().any(|x| !x.is_finite()) {
+        return Err(format!("{name}: the estimate is not finite"));
+    }
+    with_moving_average(y, model.a(), q).map_err(|why| format!("{name}: {why}"))
+}
+
 /// One pass of the recursive estimator.
 fn recursive(
     method: Method,
@@ -151,6 +176,10 @@ fn recursive(
         gradient: match method {
             Method::Rplr => Gradient::Pseudo,
             _ => Gradient::Filtered,
+        },
+        gain: match method {
+            Method::Gradient => Gain::normalised(),
+            _ => Gain::Covariance,
         },
         forgetting: memory.forgetting,
         random_walk: memory.random_walk,
@@ -169,7 +198,11 @@ fn recursive(
         a: model.a().to_vec(),
         c: model.c().to_vec(),
         sigma2: None,
-        uncertainty: Uncertainty::Recursion(Box::new(model)),
+        uncertainty: match method {
+            // Its covariance is that of the start-up, not of the model.
+            Method::Gradient => Uncertainty::Bound(y.len()),
+            _ => Uncertainty::Recursion(Box::new(model)),
+        },
     })
 }
 

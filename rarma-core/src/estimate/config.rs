@@ -15,6 +15,33 @@ pub enum Gradient {
     Filtered,
 }
 
+/// Gain K of θ ← θ + K·e.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[repr(u8)]
+pub enum Gain<T> {
+    /// From the covariance of θ, a step in the direction of Newton (eq. 43 of the
+    /// thesis).
+    #[default]
+    Covariance,
+    /// Normalised gradient: K = `step`·ψ/|ψ|² (eqs. 41 and 42), in O(n) instead of
+    /// O(n²). Forgetting and random walk are not used, and the covariance stays that
+    /// of the start-up. See [`Gain::normalised`] for a step.
+    Normalised {
+        /// γ, 0..=1: part of the prediction error that one step takes away.
+        step: T,
+    },
+}
+
+impl<T: Real> Gain<T> {
+    /// Normalised gradient with a step of 0.001: of those measured the one nearest to
+    /// the bound after 5000 samples at order (2,1) (docs/estimators.md).
+    pub fn normalised() -> Self {
+        Self::Normalised {
+            step: T::from_f64(0.001),
+        }
+    }
+}
+
 /// A setting out of range, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ConfigError {
@@ -28,6 +55,8 @@ pub enum ConfigError {
     StartSamples,
     /// `c_radius` must lie in 0.5..=1.
     CRadius,
+    /// The step of [`Gain::Normalised`] must lie in 0..=1.
+    Step,
     /// A field is NaN or infinite.
     NotFinite,
 }
@@ -38,6 +67,8 @@ pub enum ConfigError {
 pub struct RarmaConfig<T> {
     /// Gradient after the start-up. Default: filtered (RPEM).
     pub gradient: Gradient,
+    /// Gain after the start-up. Default: from the covariance.
+    pub gain: Gain<T>,
     /// Forgetting factor λ per sample, 0.9..=1, default 1 (remember everything).
     /// The memory is 1/(1 − λ) samples.
     pub forgetting: T,
@@ -73,6 +104,7 @@ impl<T: Real> Default for RarmaConfig<T> {
     fn default() -> Self {
         Self {
             gradient: Gradient::Filtered,
+            gain: Gain::Covariance,
             forgetting: T::ONE,
             random_walk: T::ZERO,
             start_samples: super::start::MOST as u32,
@@ -95,7 +127,12 @@ impl<T: Real> RarmaConfig<T> {
     /// The field that is out of range.
     pub fn checked(self) -> Result<Self, ConfigError> {
         let within = |x: T, lo: f64, hi: f64| x >= T::from_f64(lo) && x <= T::from_f64(hi);
+        let step = match self.gain {
+            Gain::Covariance => T::ZERO,
+            Gain::Normalised { step } => step,
+        };
         let all = [
+            step,
             self.forgetting,
             self.random_walk,
             self.start_variance,
@@ -119,6 +156,8 @@ impl<T: Real> RarmaConfig<T> {
             Err(ConfigError::StartSamples)
         } else if !within(self.c_radius, 0.5, 1.0) {
             Err(ConfigError::CRadius)
+        } else if !within(step, 0.0, 1.0) {
+            Err(ConfigError::Step)
         } else {
             Ok(self)
         }

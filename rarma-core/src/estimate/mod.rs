@@ -8,6 +8,8 @@
 pub mod batch;
 mod bounded;
 mod config;
+mod gradient;
+mod iv;
 mod rarma;
 mod running_whiteness;
 mod schur;
@@ -16,7 +18,8 @@ mod status;
 
 pub use crate::ud::UdFactors;
 pub use bounded::BoundedArma;
-pub use config::{ConfigError, Gradient, RarmaConfig};
+pub use config::{ConfigError, Gain, Gradient, RarmaConfig};
+pub use iv::{IvConfig, RecursiveIv};
 pub use rarma::{Arma21, Arma22, Arma43, Arma44, Arma65, Arma66, Arma87, Arma88, RecursiveArma};
 pub use running_whiteness::{RUNNING_LAGS, RunningWhiteness};
 pub use status::{Limit, Status, Step};

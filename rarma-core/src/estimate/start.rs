@@ -14,7 +14,7 @@
 //! 5. *Catch up*: the recursion itself over the samples that came meanwhile, until
 //!    it meets the present one. No sample is lost and none counts twice.
 
-use super::config::Gradient;
+use super::config::{Gain, Gradient};
 use super::rarma::{RecursiveArma, SMALLEST_VARIANCE};
 use super::schur;
 use super::status::{Status, Step};
@@ -55,13 +55,19 @@ enum Stage {
     Rounds,
     WarmUp,
     CatchUp,
+    /// Over, and the covariance gives the gain.
     Over,
+    /// Over, and the normalised gradient has taken the place of the recursion. A stage
+    /// of its own keeps the choice of the gain out of the usual path.
+    Steepest,
 }
 
 /// State of the start-up. About 5 kB in `f32`.
 #[derive(Debug, Clone)]
 pub(super) struct Start<T, const N: usize> {
     stage: Stage,
+    /// What follows: [`Stage::Over`] or [`Stage::Steepest`].
+    last: Stage,
     store: [T; ROOM],
     /// Samples in store.
     taken: usize,
@@ -85,14 +91,15 @@ pub(super) struct Start<T, const N: usize> {
 
 impl<T: Real, const N: usize> Start<T, N> {
     /// Nothing collected; over at once for 0 samples.
-    pub fn new(samples: u32) -> Self {
+    pub fn new(samples: u32, gain: Gain<T>) -> Self {
+        let last = match gain {
+            Gain::Covariance => Stage::Over,
+            Gain::Normalised { .. } => Stage::Steepest,
+        };
         let length = (samples as usize).min(MOST);
         Self {
-            stage: if length == 0 {
-                Stage::Over
-            } else {
-                Stage::Collect
-            },
+            stage: if length == 0 { last } else { Stage::Collect },
+            last,
             store: [T::ZERO; ROOM],
             taken: 0,
             length,
@@ -124,6 +131,11 @@ impl<T: Real, const N: usize> Start<T, N> {
         if let Some(place) = self.store.get_mut(i) {
             *place = x;
         }
+    }
+
+    /// The model is ready, whatever gives the gain.
+    pub fn is_ready(&self) -> bool {
+        matches!(self.stage, Stage::Over | Stage::Steepest)
     }
 
     /// Order 0 of the lattice: both errors are the samples themselves.
@@ -205,8 +217,14 @@ fn mean_square<T: Real>(x: &[T]) -> T {
 }
 
 impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P, Q, N> {
-    /// Stores the sample and does its share of the work.
+    /// Stores the sample and does its share of the work. Never inlined: it would take
+    /// registers and stack from the recursion.
+    #[cold]
+    #[inline(never)]
     pub(super) fn start_up(&mut self, y: T, p: usize, q: usize) -> Step<T> {
+        if self.start.stage == Stage::Steepest {
+            return self.advance_steepest(y, p, q);
+        }
         let taken = self.start.taken;
         self.power += (y * y - self.power) / T::from_u32(taken as u32 + 1);
         // There is room by the sums above; a sample without would be a defect here.
@@ -244,14 +262,14 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
             self.start.begin_lattice(p + q);
         }
         // A reset on the way leaves nothing to do.
-        while !matches!(self.start.stage, Stage::Over | Stage::Collect) {
+        while !self.start.is_ready() && self.start.stage != Stage::Collect {
             self.start_unit(p, q);
         }
     }
 
     fn start_unit(&mut self, p: usize, q: usize) {
         match self.start.stage {
-            Stage::Collect | Stage::Over => {}
+            Stage::Collect | Stage::Over | Stage::Steepest => {}
             Stage::Lattice => self.start.lattice_unit(),
             Stage::Rounds => {
                 if self.start.place == 0 {
@@ -280,10 +298,14 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
                 if self.start.place < self.start.taken {
                     let y = self.start.at(self.start.place);
                     self.start.place += 1;
-                    let _ = self.advance(y, p, q);
+                    if self.start.last == Stage::Steepest {
+                        let _ = self.advance_steepest(y, p, q);
+                    } else {
+                        let _ = self.advance(y, p, q);
+                    }
                 }
                 if self.start.place >= self.start.taken {
-                    self.start.stage = Stage::Over;
+                    self.start.stage = self.start.last;
                 }
             }
         }

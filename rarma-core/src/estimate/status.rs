@@ -23,6 +23,9 @@ pub enum Limit {
     Covariance,
     /// The sample was far outside the innovations' spread and weighs less.
     Outlier,
+    /// The instruments tell next to nothing about the regressors: the sample was left
+    /// out, or the gain begins anew. Of [`RecursiveIv`](super::RecursiveIv) only.
+    Instruments,
 }
 
 /// Result of one update.
