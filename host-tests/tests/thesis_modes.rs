@@ -1,5 +1,7 @@
 //! Promise: on the thesis' example, ARMA(6,5) on modes at 452, 639 and 980 Hz, the
-//! estimators do better than its figures, by as much as the physical limit lets them.
+//! errors of the recursion are below the thesis' figures, and within the sampling error
+//! of the physical limit except for a broad mode among sharper ones, where the bands
+//! follow what was measured.
 //!
 //! The thesis states for the mode at 980 Hz an error of 1.1 % in frequency and 7.5 % in
 //! damping (2 %), and of 16.9 % in damping with process damping added (10 % read as
