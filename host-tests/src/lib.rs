@@ -8,6 +8,7 @@ pub mod bound;
 pub mod files;
 pub mod health;
 pub mod hostile;
+pub mod modal_case;
 pub mod plain;
 pub mod process;
 pub mod resources;
