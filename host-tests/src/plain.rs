@@ -14,7 +14,7 @@ const RADIUS: f64 = 0.998;
 ///
 /// ```text
 /// e = y − φᵀθ,  α = λσ² + ψᵀPψ,  K = Pψ/α,  θ ← θ + K·e,  P ← (P − K·(Pψ)ᵀ)/λ
-/// ε = y − φᵀθ,  ψ = φ filtered by 1/C,  σ² ← σ² + g·(e²·λσ²/α − σ²)
+/// ψ = φ filtered by 1/C,  σ² ← σ² + g·(e²·λσ²/α − σ²)
 /// ```
 ///
 /// Signs and order of θ = (a, c) as in the product.
@@ -84,8 +84,8 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> PlainRpem<T, P, Q,
         }
         self.sigma2 += self.gain * (e * e * weighted / alpha - self.sigma2);
 
-        let residual = y - dot(&self.phi, &self.theta);
-        let (mut y_f, mut e_f) = (-y, residual);
+        // As in the product the prediction error enters φ, not the residual.
+        let (mut y_f, mut e_f) = (-y, e);
         for j in 0..Q {
             y_f -= self.theta[P + j] * self.psi[j];
             e_f -= self.theta[P + j] * self.psi[P + j];
@@ -94,7 +94,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> PlainRpem<T, P, Q,
         self.psi.copy_within(0..N - 1, 1);
         (self.phi[0], self.psi[0]) = (-y, y_f);
         if Q > 0 {
-            (self.phi[P], self.psi[P]) = (residual, e_f);
+            (self.phi[P], self.psi[P]) = (e, e_f);
         }
         e
     }
