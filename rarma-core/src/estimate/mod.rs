@@ -11,6 +11,7 @@ mod config;
 mod gradient;
 mod iv;
 mod rarma;
+mod readings;
 mod running_whiteness;
 mod schur;
 mod start;

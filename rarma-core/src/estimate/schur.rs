@@ -46,6 +46,21 @@ pub fn inside<T: Real, const N: usize>(c: &[T], radius: T) -> bool {
     left > T::EPSILON * T::from_f64(NOISE_GAIN)
 }
 
+/// Draws the roots of C towards 0, cⱼ ← γʲ·cⱼ, until they are inside the radius.
+pub fn shrink<T: Real, const N: usize>(c: &mut [T], radius: T) {
+    for _ in 0..200 {
+        if inside::<T, N>(c, radius) {
+            return;
+        }
+        let mut power = T::ONE;
+        for x in c.iter_mut() {
+            power *= T::from_f64(0.95);
+            *x *= power;
+        }
+    }
+    c.fill(T::ZERO);
+}
+
 /// Rounding units that Π(1 − k²) must be above.
 const NOISE_GAIN: f64 = 8.0;
 

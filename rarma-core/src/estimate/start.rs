@@ -369,7 +369,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
             return;
         }
         self.theta = self.start.next;
-        shrink::<T, N>(&mut self.theta[p..n], self.config.c_radius);
+        schur::shrink::<T, N>(&mut self.theta[p..n], self.config.c_radius);
         self.start.place = 0;
         self.start.round += 1;
         // Without C every round is the same.
@@ -383,19 +383,4 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
         self.known = self.start.length as u32;
         self.start.stage = Stage::WarmUp;
     }
-}
-
-/// Draws the roots of C towards 0, cⱼ ← γʲ·cⱼ, until they are inside the radius.
-fn shrink<T: Real, const N: usize>(c: &mut [T], radius: T) {
-    for _ in 0..200 {
-        if schur::inside::<T, N>(c, radius) {
-            return;
-        }
-        let mut power = T::ONE;
-        for x in c.iter_mut() {
-            power *= T::from_f64(0.95);
-            *x *= power;
-        }
-    }
-    c.fill(T::ZERO);
 }
