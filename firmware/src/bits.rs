@@ -3,7 +3,7 @@
 use rarma_core::Real;
 
 /// What [`function_bits`] gave on the host when this was written.
-pub const FUNCTION_BITS: u32 = 0xE7DF_BCCB;
+pub const FUNCTION_BITS: u32 = 0x1DB4_514B;
 
 /// The functions of the signal path over a fixed sequence, folded into one word.
 /// Host and target tests both compare it with [`FUNCTION_BITS`].
