@@ -10,6 +10,7 @@
 
 use super::config::AlarmConfig;
 use super::mode::{Label, Mode};
+use super::origin::Origin;
 use crate::condition::Fault;
 use crate::real::Real;
 use serde::{Deserialize, Serialize};
@@ -46,8 +47,13 @@ pub enum Reason {
     Undamped,
     /// At its present rate a mode reaches the threshold soon.
     LosingDamping,
-    /// A mode is undamped but sits on a multiple of the rotation.
+    /// A mode is undamped but something else explains it, see [`Origin`](super::Origin).
     ForcedOnly,
+    /// A mode is undamped, and whether it is forced or self-excited cannot be told: give
+    /// the spindle speed.
+    OriginUnknown,
+    /// The cut has just begun: the speed dips and every mode is rung.
+    Entering,
     /// The samples are bad, see the fault.
     Samples(Fault),
 }
@@ -66,6 +72,7 @@ pub struct Standing<T> {
     over_s: T,
     explained_s: T,
     undamped_s: T,
+    back_s: T,
 }
 
 /// Undamped for this long in all, an alarm is established, s: it then holds through
@@ -117,6 +124,13 @@ const EXPLAINED_S: f64 = 1.0;
 /// The alarm's mode may jump this far (relative) to another place and is still it.
 const SAME_MODE: f64 = 0.03;
 
+/// A mode this suspicious is worth a warning.
+const WARN_AT: f64 = 0.5;
+/// Damping that is back for certain, at less than this part of the mean amplitude, for
+/// this long, s, ends an alarm.
+const WELL_BELOW: f64 = 0.5;
+const BACK_S: f64 = 0.03;
+
 /// After a release, the same mode is called again only if it is louder than what
 /// rings on, for this long, s.
 const AFTERGLOW_S: f64 = 1.0;
@@ -146,11 +160,11 @@ impl<T: Real> Alarm<T> {
         self.standing.as_ref()
     }
 
-    /// One decision over the modes (with the time each has been suspect, s).
+    /// One decision over the modes.
     /// `may_call` is false while nothing is cut or the samples are bad.
     pub fn update(
         &mut self,
-        modes: &[Option<(Mode<T>, T)>],
+        modes: &[Option<Mode<T>>],
         may_call: bool,
         period_s: T,
     ) -> AlarmEvent<T> {
@@ -166,11 +180,12 @@ impl<T: Real> Alarm<T> {
     }
 
     /// Loudest mode that has been suspect for long enough.
-    fn call(&mut self, modes: &[Option<(Mode<T>, T)>]) -> AlarmEvent<T> {
+    fn call(&mut self, modes: &[Option<Mode<T>>]) -> AlarmEvent<T> {
         let mut loudest: Option<(usize, &Mode<T>)> = None;
         for (slot, mode) in modes.iter().enumerate() {
-            if let Some((mode, suspicion)) = mode
-                && *suspicion >= self.config.confirm_s
+            if let Some(mode) = mode
+                && mode.label == Label::SelfExcited
+                && mode.suspicion >= T::ONE
                 && !self.is_afterglow(mode)
                 && loudest.is_none_or(|(_, m)| mode.amplitude > m.amplitude)
             {
@@ -189,6 +204,7 @@ impl<T: Real> Alarm<T> {
             over_s: T::ZERO,
             explained_s: T::ZERO,
             undamped_s: self.config.confirm_s,
+            back_s: T::ZERO,
         });
         AlarmEvent::On {
             frequency: mode.frequency,
@@ -208,11 +224,11 @@ impl<T: Real> Alarm<T> {
     fn follow(
         &mut self,
         mut s: Standing<T>,
-        modes: &[Option<(Mode<T>, T)>],
+        modes: &[Option<Mode<T>>],
         period_s: T,
     ) -> AlarmEvent<T> {
         s.slot = self.locate(&s, modes);
-        let mode = modes.get(s.slot).copied().flatten().map(|(mode, _)| mode);
+        let mode = modes.get(s.slot).copied().flatten();
         let over = match mode {
             None => true,
             Some(mode) => {
@@ -234,13 +250,22 @@ impl<T: Real> Alarm<T> {
                         s.lowest_damping = s.lowest_damping.min(mode.damping);
                     }
                 }
+                // Damped for certain by the test, and the vibration on its way down.
+                let less = s.mean_amplitude * T::from_f64(WELL_BELOW);
+                s.back_s = if mode.evidence.is_back(gone) && mode.amplitude < less {
+                    s.back_s + period_s
+                } else {
+                    T::ZERO
+                };
                 damped || gone
             }
         };
         // A chatter frequency may drift through a multiple of the speed; one that
         // stays on it was a forced line all along.
         s.explained_s = match mode {
-            Some(mode) if mode.harmonic.is_some() => s.explained_s + period_s,
+            Some(mode) if mode.origin == Origin::Rotation && mode.harmonic.is_some() => {
+                s.explained_s + period_s
+            }
             _ => T::ZERO,
         };
         let patience = if s.is_established() {
@@ -250,7 +275,8 @@ impl<T: Real> Alarm<T> {
         };
         let explained = s.explained_s > patience;
         s.over_s = if over { s.over_s + period_s } else { T::ZERO };
-        if s.over_s < self.config.release_s && !explained {
+        let back = s.back_s >= T::from_f64(BACK_S);
+        if s.over_s < self.config.release_s && !explained && !back {
             self.standing = Some(s);
             return AlarmEvent::None;
         }
@@ -275,15 +301,15 @@ impl<T: Real> Alarm<T> {
 
     /// The alarm's mode keeps its place; if that place has gone elsewhere, the
     /// loudest mode close to the alarm's frequency takes over.
-    fn locate(&self, s: &Standing<T>, modes: &[Option<(Mode<T>, T)>]) -> usize {
+    fn locate(&self, s: &Standing<T>, modes: &[Option<Mode<T>>]) -> usize {
         let near = |mode: &Mode<T>| is_near(s, mode);
         let mut best = s.slot;
         let mut loudness = match modes.get(s.slot) {
-            Some(Some((mode, _))) if near(mode) => mode.amplitude,
+            Some(Some(mode)) if near(mode) => mode.amplitude,
             _ => T::ZERO,
         };
         for (slot, mode) in modes.iter().enumerate() {
-            if let Some((mode, _)) = mode
+            if let Some(mode) = mode
                 && near(mode)
                 && mode.amplitude > loudness * T::from_f64(1.5)
             {
@@ -295,30 +321,33 @@ impl<T: Real> Alarm<T> {
     }
 
     /// Puts the verdict into a word: the state and why.
-    pub fn judge(&self, modes: &[Option<(Mode<T>, T)>], cutting: bool) -> (State, Reason) {
+    pub fn judge(&self, modes: &[Option<Mode<T>>], cutting: bool) -> (State, Reason) {
         if self.standing.is_some() {
             return (State::Chatter, Reason::None);
         }
         if !cutting {
             return (State::Idle, Reason::LevelAtIdle);
         }
-        let mut forced = false;
-        let mut losing = false;
-        for (mode, suspicion) in modes.iter().flatten() {
-            if *suspicion > T::ZERO {
-                return (State::Warning, Reason::Undamped);
-            }
+        let (mut forced, mut losing, mut unknown) = (false, false, false);
+        for mode in modes.iter().flatten() {
             let c = &self.config;
+            if mode.suspicion >= T::from_f64(WARN_AT) {
+                if mode.label == Label::SelfExcited {
+                    return (State::Warning, Reason::Undamped);
+                }
+                unknown |= mode.origin == Origin::Unknown;
+            }
             let undamped = c.undamped((mode.damping, mode.damping_sd));
             forced |= mode.label == Label::Forced && undamped;
-            let ahead = mode.damping + mode.gradient * c.warn_ahead_s;
             losing |= mode.label != Label::Forced
                 && c.loud(mode.share)
                 && mode.damping < c.threshold * c.release_ratio
-                && ahead < c.threshold;
+                && mode.time_left_s.is_some_and(|left| left < c.warn_ahead_s);
         }
         if losing {
             (State::Warning, Reason::LosingDamping)
+        } else if unknown {
+            (State::Warning, Reason::OriginUnknown)
         } else if forced {
             (State::Stable, Reason::ForcedOnly)
         } else {

@@ -1,5 +1,5 @@
 use super::*;
-use crate::decide::{ModeTrack, Reading};
+use crate::decide::{Evidence, ModeTrack, Reading};
 
 const PERIOD_S: f64 = 0.002;
 
@@ -25,9 +25,11 @@ impl Bench {
             damping: (damping, 0.001),
             amplitude,
             share,
+            origin: Origin::Free,
             harmonic: None,
-            overtone: false,
             in_band: true,
+            watched: false,
+            evidence: Evidence::default(),
         }
     }
 
@@ -44,7 +46,7 @@ impl Bench {
             let mode = self
                 .track
                 .update(reading, &AlarmConfig::default(), PERIOD_S);
-            let modes = [Some((mode, self.track.suspicion_s()))];
+            let modes = [Some(mode)];
             let event = self.alarm.update(&modes, may_call, PERIOD_S);
             if event != AlarmEvent::None && first.is_none() {
                 first = Some((self.now_s, event));
@@ -111,12 +113,13 @@ fn forced_soft_damped_out_of_band_and_idle_modes_are_not_called() {
     let undamped = Bench::reading(0.001, 0.9, 1.0);
     for reading in [
         Reading {
+            origin: Origin::Rotation,
             harmonic: Some(6),
             share: 0.0,
             ..undamped
         },
         Reading {
-            overtone: true,
+            origin: Origin::Overtone,
             ..undamped
         },
         Reading {
@@ -147,6 +150,7 @@ fn an_alarm_that_settles_on_a_multiple_of_the_speed_is_withdrawn() {
     let undamped = Bench::reading(0.001, 0.9, 1.0);
     bench.feed(&undamped, 0.6, true);
     let passing = Reading {
+        origin: Origin::Rotation,
         harmonic: Some(33),
         ..undamped
     };
@@ -186,7 +190,7 @@ fn a_falling_damping_warns_before_the_threshold() {
         let mode = bench
             .track
             .update(&reading, &AlarmConfig::default(), PERIOD_S);
-        let modes = [Some((mode, bench.track.suspicion_s()))];
+        let modes = [Some(mode)];
         if warned_at.is_none() && bench.alarm.judge(&modes, true).1 == Reason::LosingDamping {
             warned_at = Some(zeta);
         }

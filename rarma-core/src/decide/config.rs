@@ -21,7 +21,7 @@ pub struct AlarmConfig<T> {
     /// Gone: the amplitude is below this part of its mean over the alarm. Default
     /// 0.2 (−14 dB).
     pub gone_ratio: T,
-    /// Warn when a mode would reach the threshold within this time at its present
+    /// Warn when a mode would lose all its damping within this time at its present
     /// gradient, s. Default 0.3.
     pub warn_ahead_s: T,
 }
@@ -41,20 +41,24 @@ impl<T: Real> Default for AlarmConfig<T> {
 }
 
 impl<T: Real> AlarmConfig<T> {
+    /// ζ is not below −2 thresholds: no vibration grows that fast for long.
+    pub fn credible(&self, damping: T) -> bool {
+        damping > -(self.threshold + self.threshold)
+    }
+
     /// ζ + sd below the threshold, and ζ not below −2 thresholds: no vibration grows
     /// that fast for long (ζ = −2 % at 1 kHz is a factor of ten in 18 ms), so a model
     /// that says so has not settled.
     pub fn undamped(&self, damping: (T, T)) -> bool {
         // NaN compares false: never undamped.
-        damping.0 + damping.1 < self.threshold && damping.0 > -(self.threshold + self.threshold)
+        damping.0 + damping.1 < self.threshold && self.credible(damping.0)
     }
 
     /// How sure it is that the mode is undamped: (threshold − ζ)/sd, limited to −1..=1;
     /// −1 for a ζ that is not credible.
     pub fn evidence(&self, damping: (T, T)) -> T {
         let (zeta, sd) = damping;
-        let credible = zeta > -(self.threshold + self.threshold) && sd.is_finite();
-        if !credible {
+        if !(self.credible(zeta) && sd.is_finite()) {
             return -T::ONE;
         }
         let sd = sd.max(self.threshold * T::from_f64(0.05));

@@ -12,12 +12,20 @@ use crate::real::Real;
 pub struct Rotation<T> {
     /// Rotations per second, Hz.
     pub spindle_hz: Option<T>,
+    /// Teeth on the cutter, where they are known.
+    pub teeth: Option<u32>,
+    /// How far the speed may be off just now, as a part of it, beyond
+    /// [`SPEED_ACCURACY`].
+    pub doubt: T,
 }
 
 /// Half-width of the label around a multiple, Hz, at the least.
 pub const LEAST_WIDTH_HZ: f64 = 2.0;
 /// Half-width as a fraction of the frequency: how well a speed is known.
 pub const SPEED_ACCURACY: f64 = 0.002;
+/// Flip lobes lie where a vibration takes 2, 2/3, 2/5 … tooth periods; beyond this odd
+/// number of half tooth frequencies they are lost among the others.
+pub const HIGHEST_FLIP_HALVES: u32 = 9;
 /// Half-width at most, as a fraction of the spacing of the multiples. The labels
 /// hide twice this fraction of all frequencies where every multiple of the
 /// spindle is looked at.
@@ -28,7 +36,8 @@ impl<T: Real> Rotation<T> {
     /// Hz) sits on, if it does.
     ///
     /// Half-width: the largest of two standard deviations, [`LEAST_WIDTH_HZ`] and
-    /// [`SPEED_ACCURACY`]·f, but at most [`WIDEST_FRACTION`] of the spacing.
+    /// [`SPEED_ACCURACY`]·f, but at most [`WIDEST_FRACTION`] of the spacing; or the
+    /// doubt about the speed, up to half the spacing.
     pub fn harmonic(&self, f: T, f_sd: T) -> Option<u32> {
         let spindle = self.spindle_hz?;
         if !(spindle > T::ZERO) || !(f > T::ZERO) || !f.is_finite() {
@@ -47,8 +56,20 @@ impl<T: Real> Rotation<T> {
         let width = spread
             .max(T::from_f64(LEAST_WIDTH_HZ))
             .max(f * T::from_f64(SPEED_ACCURACY))
-            .min(spindle * T::from_f64(WIDEST_FRACTION));
+            .min(spindle * T::from_f64(WIDEST_FRACTION))
+            .max((f * self.doubt).min(spindle * T::from_f64(0.5)));
         ((ratio - nearest).abs() * spindle <= width).then(|| nearest.to_f32() as u32)
+    }
+
+    /// Multiple `n` of the spindle is also an odd multiple of half the tooth frequency,
+    /// where period-two (flip) chatter lies: with an even number of teeth, and up to
+    /// [`HIGHEST_FLIP_HALVES`] of them.
+    pub fn may_flip(&self, n: u32) -> bool {
+        let Some(teeth) = self.teeth.filter(|z| z % 2 == 0 && *z > 0) else {
+            return false;
+        };
+        let half = teeth / 2;
+        n % half == 0 && (n / half) % 2 == 1 && n / half <= HIGHEST_FLIP_HALVES
     }
 }
 
@@ -57,9 +78,26 @@ mod tests {
     use super::*;
 
     #[test]
+    fn flip_lines_are_those_of_an_even_number_of_teeth() {
+        let with = |teeth| Rotation::<f32> {
+            teeth,
+            ..Rotation::default()
+        };
+        let flips = |teeth| {
+            (1..40)
+                .filter(|n| with(teeth).may_flip(*n))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(flips(Some(2)), [1, 3, 5, 7, 9]);
+        assert_eq!(flips(Some(4)), [2, 6, 10, 14, 18]);
+        assert!(flips(Some(3)).is_empty() && flips(Some(0)).is_empty() && flips(None).is_empty());
+    }
+
+    #[test]
     fn multiples_are_found_and_others_are_not() {
         let r = Rotation {
             spindle_hz: Some(27.6f32),
+            ..Rotation::default()
         };
         assert_eq!(r.harmonic(165.6, 0.1), Some(6));
         assert_eq!(r.harmonic(167.0, 0.1), Some(6));
@@ -68,5 +106,9 @@ mod tests {
         assert_eq!(r.harmonic(898.6, 500.0), None);
         assert_eq!(r.harmonic(f32::NAN, 0.1), None);
         assert_eq!(Rotation::<f32>::default().harmonic(165.6, 0.1), None);
+        // The speed in doubt by 1.3 %: the label reaches half way, no further.
+        let doubted = Rotation { doubt: 0.013, ..r };
+        assert_eq!(doubted.harmonic(890.0, 0.5), Some(32));
+        assert_eq!(doubted.harmonic(895.0, 0.5), None);
     }
 }

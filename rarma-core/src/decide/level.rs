@@ -75,6 +75,11 @@ impl<T: Real> IdleFinder<T> {
         self.cutting
     }
 
+    /// Something is being cut, as far as is known.
+    pub fn is_cutting(&self) -> bool {
+        self.cutting
+    }
+
     /// The idle level in use, if any.
     pub fn idle_level(&self) -> Option<T> {
         match self.told {

@@ -3,17 +3,20 @@
 //! Rate: decision rate.
 
 use super::config::AlarmConfig;
+use super::origin::Origin;
+use super::sequential::Evidence;
 use crate::real::Real;
 use serde::{Deserialize, Serialize};
 
 /// Where a mode's vibration comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Label {
-    /// Undamped, and not explained by the rotation.
+    /// Undamped, and nothing else explains it.
     SelfExcited,
     /// A damped resonance.
     Structural,
-    /// At a multiple of the spindle or tooth frequency, or of a stronger line.
+    /// A line that something else explains, see [`Origin`]; or one of unknown origin
+    /// that has been undamped for as long as it is known.
     Forced,
 }
 
@@ -30,15 +33,24 @@ pub struct Mode<T> {
     pub damping_sd: T,
     /// Peak amplitude of the vibration at the mode, input units.
     pub amplitude: T,
-    /// Part of the band's power, less what the rotation explains, that is at the
-    /// mode, 0 to about 1; 0 for a mode that the rotation explains.
+    /// Part of the band's power, less what is explained, that is at the mode, 0 to
+    /// about 1; 0 for a mode that is explained.
     pub share: T,
     /// Change of ζ per second; negative while stability is being lost.
     pub gradient: T,
+    /// Time until ζ reaches zero at that rate, s, where the rate is certain by two
+    /// standard deviations.
+    pub time_left_s: Option<T>,
     /// Where the vibration comes from.
     pub label: Label,
+    /// What else explains it.
+    pub origin: Origin,
     /// Multiple of the spindle frequency it sits on, if it is lightly damped.
     pub harmonic: Option<u32>,
+    /// How near it is to being called, 0..=1.
+    pub suspicion: T,
+    /// What the sequential test says.
+    pub evidence: Evidence<T>,
 }
 
 /// What is measured of one mode at one decision.
@@ -50,47 +62,69 @@ pub struct Reading<T> {
     pub damping: (T, T),
     /// Peak amplitude, input units.
     pub amplitude: T,
-    /// Part of the band's power less what the rotation explains.
+    /// Part of the band's power less what is explained.
     pub share: T,
+    /// What else explains a line there.
+    pub origin: Origin,
     /// Multiple of the spindle frequency.
     pub harmonic: Option<u32>,
-    /// A line at a half or a third of the frequency is there that the rotation
-    /// does not explain: the mode is a harmonic of it.
-    pub overtone: bool,
     /// Inside the band that is analysed.
     pub in_band: bool,
+    /// It was seen with damping that it can have lost.
+    pub watched: bool,
+    /// What the sequential test says.
+    pub evidence: Evidence<T>,
 }
 
 /// Memory of one mode.
 #[derive(Debug, Clone, Copy)]
 pub struct ModeTrack<T> {
-    smooth_damping: Option<T>,
-    gradient: T,
-    suspicion_s: T,
-    overtone_s: T,
+    frequency: T,
+    smooth_damping: Option<(T, T)>,
+    undamped_s: T,
+    excused: (Origin, T),
+    rotation_s: T,
 }
 
 impl<T: Real> Default for ModeTrack<T> {
     fn default() -> Self {
         Self {
+            frequency: T::ZERO,
             smooth_damping: None,
-            gradient: T::ZERO,
-            suspicion_s: T::ZERO,
-            overtone_s: T::ZERO,
+            undamped_s: T::ZERO,
+            excused: (Origin::Free, T::ZERO),
+            rotation_s: T::ZERO,
         }
     }
 }
 
-/// Smoothing of ζ ahead of its gradient, s.
-const GRADIENT_TAU_S: f64 = 0.05;
-/// An overtone label outlives the moment it was seen, s.
-const OVERTONE_HOLD_S: f64 = 0.1;
+/// Each of two smoothings of ζ, whose difference is its gradient, s.
+const GRADIENT_TAU_S: f64 = 0.1;
+/// sd of the gradient over that of a reading, 1/s: √(τ_r/2τ)/τ for readings that are
+/// correlated over τ_r = 0.1 s, the estimator's usual memory.
+const GRADIENT_NOISE: f64 = 7.07;
+/// A line that has sat on a multiple of the rotation for [`ROTATION_PROVEN_S`] stays
+/// explained for this long when it leaves it, s: the speed dips by a percent when a
+/// cutter enters and jumps when it leaves, and is not known anew at once.
+const ROTATION_HOLD_S: f64 = 0.5;
+const ROTATION_PROVEN_S: f64 = 0.2;
+/// A mode that jumps further than this (relative) is another one.
+const SAME_MODE: f64 = 0.03;
 
 impl<T: Real> ModeTrack<T> {
-    /// How long the mode has been undamped, loud and unexplained, s, each moment
-    /// weighted by how sure it is.
-    pub fn suspicion_s(&self) -> T {
-        self.suspicion_s
+    /// The mode is where it was at the last decision.
+    pub fn is_at(&self, frequency: T) -> bool {
+        (frequency - self.frequency).abs() <= self.frequency * T::from_f64(SAME_MODE)
+    }
+
+    /// Begins anew if `frequency` is not where the mode was; says whether it did.
+    pub fn follow(&mut self, frequency: T) -> bool {
+        let jumped = !self.is_at(frequency);
+        if jumped {
+            self.reset();
+        }
+        self.frequency = frequency;
+        jumped
     }
 
     /// Takes one reading. `config` says what is undamped and loud; `period_s` is the
@@ -104,34 +138,39 @@ impl<T: Real> ModeTrack<T> {
         let undamped = config.undamped(reading.damping);
         let loud = config.loud(reading.share);
         let (damping, damping_sd) = reading.damping;
-        let gain = (period_s / T::from_f64(GRADIENT_TAU_S)).min(T::ONE);
-        let before = self.smooth_damping.unwrap_or(damping);
-        let after = before + gain * (damping - before);
-        self.smooth_damping = Some(after);
-        self.gradient += gain * ((after - before) / period_s - self.gradient);
+        self.remember_damping(damping, period_s);
+        let (gradient, time_left_s) = self.outlook(damping_sd);
+        let origin = self.excuse(reading, period_s);
 
-        self.overtone_s = if reading.overtone {
-            T::from_f64(OVERTONE_HOLD_S)
-        } else {
-            (self.overtone_s - period_s).max(T::ZERO)
-        };
-        let explained = reading.harmonic.is_some() || self.overtone_s > T::ZERO;
         // Suspicion grows as fast as the reading is sure, and goes as fast as it came:
         // one bad reading does not clear it.
-        let evidence = if loud && reading.in_band {
+        let credible = loud && reading.in_band;
+        let evidence = if credible {
             config.evidence(reading.damping)
         } else {
             -T::ONE
         };
-        self.suspicion_s = if explained {
+        let most = config.confirm_s * T::from_f64(1.5);
+        self.undamped_s = (self.undamped_s + period_s * evidence).clamp(T::ZERO, most);
+        let sequential = if credible && config.credible(damping) {
+            reading.evidence.of_call()
+        } else {
+            T::ZERO
+        };
+        if origin.explains() {
+            self.undamped_s = T::ZERO;
+        }
+        let certainty = (self.undamped_s / config.confirm_s).max(sequential);
+        let suspicion = if origin.explains() {
             T::ZERO
         } else {
-            (self.suspicion_s + period_s * evidence).max(T::ZERO)
+            certainty.min(T::ONE)
         };
-        self.suspicion_s = self.suspicion_s.min(T::ONE);
         // A resonance with damping of its own is structural wherever it lies; only a
         // line is forced.
         let lightly_damped = config.may_be_line(reading.damping);
+        let unknown = origin == Origin::Unknown && !reading.watched;
+        let suspected = (undamped && credible) || suspicion >= T::ONE;
         Mode {
             frequency: reading.frequency.0,
             frequency_sd: reading.frequency.1,
@@ -139,16 +178,83 @@ impl<T: Real> ModeTrack<T> {
             damping_sd,
             amplitude: reading.amplitude,
             share: reading.share,
-            gradient: self.gradient,
-            label: if explained && lightly_damped {
+            gradient,
+            time_left_s,
+            label: if origin.explains() && lightly_damped {
                 Label::Forced
-            } else if undamped && loud && reading.in_band {
-                Label::SelfExcited
+            } else if suspected && !origin.explains() {
+                if unknown {
+                    Label::Forced
+                } else {
+                    Label::SelfExcited
+                }
             } else {
                 Label::Structural
             },
+            origin,
             harmonic: reading.harmonic.filter(|_| lightly_damped),
+            suspicion,
+            evidence: reading.evidence,
         }
+    }
+
+    /// Smooths the readings twice, for their gradient.
+    fn remember_damping(&mut self, damping: T, period_s: T) {
+        let gain = (period_s / T::from_f64(GRADIENT_TAU_S)).min(T::ONE);
+        if damping.is_finite() {
+            let (first, second) = self.smooth_damping.unwrap_or((damping, damping));
+            let first = first + gain * (damping - first);
+            self.smooth_damping = Some((first, second + gain * (first - second)));
+        }
+    }
+
+    /// dζ/dt, 1/s, and the time left at that rate, s. With g = (s₁ − s₂)/τ, s₁ the
+    /// readings smoothed over τ and s₂ smoothed twice; sd(g) is [`GRADIENT_NOISE`] times that
+    /// of a reading.
+    fn outlook(&self, damping_sd: T) -> (T, Option<T>) {
+        let Some((first, second)) = self.smooth_damping else {
+            return (T::ZERO, None);
+        };
+        let gradient = (first - second) / T::from_f64(GRADIENT_TAU_S);
+        let certain = -gradient > damping_sd * T::from_f64(2.0 * GRADIENT_NOISE);
+        // s₁ is as old as τ.
+        let now = first + gradient * T::from_f64(GRADIENT_TAU_S);
+        let left = certain.then(|| (now / -gradient).max(T::ZERO));
+        (gradient, left)
+    }
+
+    /// What explains the mode now, or did until a moment ago.
+    fn excuse(&mut self, reading: &Reading<T>, period_s: T) -> Origin {
+        let (held, left_s) = self.excused;
+        let hold_s = match reading.origin {
+            Origin::Rotation => {
+                self.rotation_s = (self.rotation_s + period_s).min(T::ONE);
+                if self.rotation_s >= T::from_f64(ROTATION_PROVEN_S) {
+                    T::from_f64(ROTATION_HOLD_S)
+                } else {
+                    T::ZERO
+                }
+            }
+            _ => {
+                self.rotation_s = (self.rotation_s - period_s).max(T::ZERO);
+                T::ZERO
+            }
+        };
+        if reading.origin.explains() {
+            self.excused = (reading.origin, hold_s.max(left_s - period_s));
+            return reading.origin;
+        }
+        self.excused.1 = left_s - period_s;
+        if self.excused.1 > T::ZERO {
+            held
+        } else {
+            reading.origin
+        }
+    }
+
+    /// What made it suspect counts no longer.
+    pub fn clear(&mut self) {
+        self.undamped_s = T::ZERO;
     }
 
     /// Forgets the mode; its place is taken by another.

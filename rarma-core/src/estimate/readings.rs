@@ -16,6 +16,12 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
         &self.theta[P..]
     }
 
+    /// −y(t), −y(t−1), … −y(t−p+1), each filtered by 1/C with the model of its time;
+    /// unfiltered with [`Gradient::Pseudo`](super::Gradient::Pseudo).
+    pub fn filtered_outputs(&self) -> &[T] {
+        &self.psi[..P]
+    }
+
     /// θ = (a, c).
     pub fn theta(&self) -> &[T; N] {
         &self.theta

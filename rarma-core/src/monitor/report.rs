@@ -33,13 +33,12 @@ impl<T: Real> Report<T> {
         reason: Reason,
         event: AlarmEvent<T>,
         level: T,
-        modes: &[Option<(Mode<T>, T)>; MAX_MODES],
+        modes: &[Option<Mode<T>>; MAX_MODES],
         standing: Option<&Standing<T>>,
     ) -> Self {
         let mut sorted: [Option<Mode<T>>; MAX_MODES] = [None; MAX_MODES];
         for (slot, mode) in modes.iter().enumerate() {
-            let Some((mode, _)) = mode else { continue };
-            let mut mode = *mode;
+            let Some(mut mode) = *mode else { continue };
             if standing.is_some_and(|s| s.slot == slot) {
                 mode.label = Label::SelfExcited;
             }

@@ -6,12 +6,14 @@
 mod aberth;
 mod density;
 mod factors;
+mod isolate;
 mod lockin;
 mod poles;
 mod stabilisation;
 
 pub use density::{model_density, welch_density, windowed_density};
 pub use factors::{FactorTracker, Quadratic, Roots, Tracking};
+pub use isolate::isolate;
 pub use lockin::{LOCKIN_TAU_S, LockIn};
 pub use poles::{Modal, ModalDeviation, deviation, modal};
 pub use stabilisation::{StabilisationConfig, StabilisationError, Stability, stabilise};

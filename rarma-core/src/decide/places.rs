@@ -1,0 +1,182 @@
+//! Where modes with damping have been: what a mode can lose its damping from.
+//!
+//! Rate: decision rate. The memory goes by frequency and not by pole pair, because pole
+//! pairs change their modes, often just when a mode loses its damping.
+
+use super::config::AlarmConfig;
+use super::sequential::USUAL_RATIO;
+use crate::real::Real;
+
+/// Places that are remembered.
+const PLACES: usize = 8;
+/// Half-width of a place, as a part of its frequency.
+const WIDTH: f64 = 0.03;
+/// Memory of a mode's usual damping, s.
+const USUAL_TAU_S: f64 = 1.0;
+/// Seen damped for this long, s, a mode has damping that it can lose.
+const WATCHED_S: f64 = 0.2;
+/// Not seen damped for this long, s, it is forgotten.
+const FORGET_S: f64 = 5.0;
+/// A mode counts as seen where it holds this part of the band's power.
+const SEEN_SHARE: f64 = 0.05;
+/// Damping above which it has some for certain, in thresholds, and above which a pole
+/// pair is no mode, as a ratio.
+const DAMPED: (f64, f64) = (1.5, 0.2);
+
+/// One remembered mode.
+#[derive(Debug, Clone, Copy)]
+struct Place<T> {
+    frequency: T,
+    usual_damping: T,
+    seen_s: T,
+    missed_s: T,
+}
+
+/// The modes that have been seen with damping.
+#[derive(Debug, Clone)]
+pub struct Places<T> {
+    places: [Option<Place<T>>; PLACES],
+}
+
+impl<T: Real> Default for Places<T> {
+    fn default() -> Self {
+        Self {
+            places: [None; PLACES],
+        }
+    }
+}
+
+impl<T: Real> Places<T> {
+    /// Time passes.
+    pub fn age(&mut self, period_s: T) {
+        for place in &mut self.places {
+            if let Some(there) = place {
+                there.missed_s += period_s;
+                if there.missed_s > T::from_f64(FORGET_S) {
+                    *place = None;
+                }
+            }
+        }
+    }
+
+    /// A mode as it reads now; undamped, quiet and unreal ones teach nothing.
+    pub fn see(
+        &mut self,
+        frequency: T,
+        damping: T,
+        share: T,
+        config: &AlarmConfig<T>,
+        period_s: T,
+    ) {
+        let (least, most) = DAMPED;
+        let damped = damping > config.threshold * T::from_f64(least);
+        if !(damped && damping < T::from_f64(most) && share >= T::from_f64(SEEN_SHARE)) {
+            return;
+        }
+        let usual = damping.min(config.threshold * T::from_f64(USUAL_RATIO));
+        if let Some(there) = self.at_mut(frequency) {
+            there.seen_s = (there.seen_s + period_s).min(T::from_f64(USUAL_TAU_S));
+            let gain = (period_s / there.seen_s).min(T::ONE);
+            there.usual_damping += gain * (usual - there.usual_damping);
+            there.frequency += gain * (frequency - there.frequency);
+            there.missed_s = T::ZERO;
+            return;
+        }
+        let mut stalest: Option<&mut Option<Place<T>>> = None;
+        for place in &mut self.places {
+            let age = |p: &Option<Place<T>>| p.map_or(T::from_f64(1e9), |p| p.missed_s);
+            if stalest.as_ref().is_none_or(|s| age(place) > age(s)) {
+                stalest = Some(place);
+            }
+        }
+        if let Some(place) = stalest {
+            *place = Some(Place {
+                frequency,
+                usual_damping: usual,
+                seen_s: period_s,
+                missed_s: T::ZERO,
+            });
+        }
+    }
+
+    /// The damping ratio that a mode here usually has; two thresholds where none is
+    /// known.
+    pub fn usual_damping(&self, frequency: T, config: &AlarmConfig<T>) -> T {
+        let unknown = config.threshold * T::from_f64(2.0);
+        self.at(frequency)
+            .filter(|there| there.seen_s >= T::from_f64(WATCHED_S))
+            .map_or(unknown, |there| there.usual_damping)
+    }
+
+    /// A mode was seen here with damping that it can have lost.
+    pub fn was_watched(&self, frequency: T) -> bool {
+        self.at(frequency)
+            .is_some_and(|there| there.seen_s >= T::from_f64(WATCHED_S))
+    }
+
+    fn at(&self, frequency: T) -> Option<&Place<T>> {
+        self.places
+            .iter()
+            .flatten()
+            .find(|there| is_near(there, frequency))
+    }
+
+    fn at_mut(&mut self, frequency: T) -> Option<&mut Place<T>> {
+        self.places
+            .iter_mut()
+            .flatten()
+            .find(|there| is_near(there, frequency))
+    }
+}
+
+fn is_near<T: Real>(there: &Place<T>, frequency: T) -> bool {
+    (frequency - there.frequency).abs() < there.frequency * T::from_f64(WIDTH)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PERIOD_S: f64 = 0.002;
+
+    fn watch(places: &mut Places<f64>, f: f64, zeta: f64, share: f64, seconds: f64) {
+        for _ in 0..(seconds / PERIOD_S) as usize {
+            places.age(PERIOD_S);
+            places.see(f, zeta, share, &AlarmConfig::default(), PERIOD_S);
+        }
+    }
+
+    #[test]
+    fn a_mode_is_known_by_the_damping_it_had() {
+        let config = AlarmConfig::default();
+        let mut places = Places::default();
+        watch(&mut places, 980.0, 0.04, 0.5, 0.1);
+        assert!(!places.was_watched(980.0), "too short");
+        watch(&mut places, 980.0, 0.04, 0.5, 1.0);
+        assert!(places.was_watched(1000.0) && !places.was_watched(1030.0));
+        assert!((places.usual_damping(975.0, &config) - 0.04).abs() < 1e-9);
+        assert_eq!(places.usual_damping(700.0, &config), 0.02);
+        // Undamped it is remembered as it was, for a while.
+        watch(&mut places, 980.0, 0.001, 0.9, 4.0);
+        assert!(places.was_watched(980.0));
+        watch(&mut places, 980.0, 0.001, 0.9, 2.0);
+        assert!(!places.was_watched(980.0));
+    }
+
+    #[test]
+    fn lines_ghosts_and_whispers_are_no_modes() {
+        let mut places = Places::default();
+        watch(&mut places, 500.0, 0.001, 0.9, 2.0);
+        watch(&mut places, 700.0, 0.5, 0.9, 2.0);
+        watch(&mut places, 900.0, 0.03, 0.01, 2.0);
+        watch(&mut places, f64::NAN, f64::NAN, f64::NAN, 2.0);
+        for f in [500.0, 700.0, 900.0, f64::NAN] {
+            assert!(!places.was_watched(f));
+        }
+        // More modes than places: the one unseen for longest goes.
+        for k in 0..12 {
+            watch(&mut places, 300.0 * 1.1f64.powi(k), 0.03, 0.5, 0.3);
+        }
+        assert!(!places.was_watched(300.0) && places.was_watched(300.0 * 1.1f64.powi(11)));
+    }
+}

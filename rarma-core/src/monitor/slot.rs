@@ -1,0 +1,174 @@
+//! One tracked mode: what is gathered of it at every sample, and read at a decision.
+
+use crate::decide::{
+    AlarmConfig, Background, Evidence, ModeTrack, Origin, Places, Reading, Rotation, SequentialTest,
+};
+use crate::real::Real;
+use crate::spectrum::{LOCKIN_TAU_S, LockIn, Modal, ModalDeviation};
+
+/// A line at a half or a third of a mode with this part of its power, and with
+/// [`LINE_SHARE`] of the band's, makes the mode an overtone; with less than the second
+/// part it does no longer.
+const OVERTONE_RATIO: (f64, f64) = (0.2, 0.05);
+const LINE_SHARE: f64 = 0.03;
+
+/// A mode's place: its lock-ins, its test and its memory.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Slot<T> {
+    at: LockIn<T>,
+    half: LockIn<T>,
+    third: LockIn<T>,
+    test: SequentialTest<T>,
+    overtone: bool,
+    pub(super) track: ModeTrack<T>,
+}
+
+impl<T: Real> Default for Slot<T> {
+    fn default() -> Self {
+        Self {
+            at: LockIn::default(),
+            half: LockIn::default(),
+            third: LockIn::default(),
+            test: SequentialTest::default(),
+            overtone: false,
+            track: ModeTrack::default(),
+        }
+    }
+}
+
+/// Gains of the smoothing at one rate.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Gains<T> {
+    lockin: T,
+    variance: T,
+}
+
+impl<T: Real> Gains<T> {
+    pub(super) fn new(fs: f64) -> Self {
+        Self {
+            lockin: T::from_f64((1.0 / (LOCKIN_TAU_S * fs)).min(1.0)),
+            variance: SequentialTest::variance_gain(fs),
+        }
+    }
+}
+
+/// What a mode is compared with.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Surroundings<'a, T> {
+    pub(super) fs: T,
+    pub(super) band: (T, T),
+    pub(super) rotation: Rotation<T>,
+    pub(super) background: &'a Background<T>,
+    pub(super) places: &'a Places<T>,
+    pub(super) config: &'a AlarmConfig<T>,
+    /// Idle has been heard, so that its tones mean something.
+    pub(super) idle_known: bool,
+    /// Mean square of the band.
+    pub(super) power: T,
+}
+
+impl<T: Real> Slot<T> {
+    /// One decimated sample, and the mode's own part of it.
+    #[inline(always)]
+    pub(super) fn listen(&mut self, y: T, own: T, gains: &Gains<T>) {
+        self.at.process(y, gains.lockin);
+        self.half.process(y, gains.lockin);
+        self.third.process(y, gains.lockin);
+        self.test.process(own, gains.variance);
+    }
+
+    /// An alarm on it is over: it takes new evidence to call it again.
+    pub(super) fn clear(&mut self) {
+        self.track.clear();
+        self.test.forget();
+    }
+
+    /// Nothing is there.
+    pub(super) fn reset(&mut self) {
+        self.track.reset();
+        self.test.reset();
+        self.overtone = false;
+    }
+
+    /// The mode as it is now, and the power at it. Steers the lock-ins and the test.
+    pub(super) fn read(
+        &mut self,
+        modal: &Modal<T>,
+        sd: &ModalDeviation<T>,
+        around: &Surroundings<'_, T>,
+    ) -> (Reading<T>, T) {
+        let frequency = modal.frequency;
+        if self.track.follow(frequency) {
+            self.test.reset();
+            self.overtone = false;
+        }
+        let angle = T::from_f64(2.0) * T::PI * frequency / around.fs;
+        self.at.steer(angle);
+        self.half.steer(angle * T::from_f64(0.5));
+        self.third.steer(angle * T::from_f64(1.0 / 3.0));
+        let usual = around.places.usual_damping(frequency, around.config);
+        self.test.steer(angle, around.config.threshold, usual);
+        let here = self.at.power();
+        self.overtone = self.is_overtone(frequency, sd.frequency, around);
+        let harmonic = around.rotation.harmonic(frequency, sd.frequency);
+        let reading = Reading {
+            frequency: (frequency, sd.frequency),
+            damping: (modal.damping, sd.damping),
+            amplitude: self.at.amplitude(),
+            share: T::ZERO,
+            origin: self.origin(frequency, sd.frequency, harmonic, around),
+            harmonic,
+            in_band: frequency >= around.band.0 && frequency <= around.band.1,
+            watched: around.places.was_watched(frequency),
+            evidence: self.evidence(),
+        };
+        (reading, here)
+    }
+
+    fn evidence(&self) -> Evidence<T> {
+        self.test.evidence()
+    }
+
+    fn origin(
+        &self,
+        frequency: T,
+        sd: T,
+        harmonic: Option<u32>,
+        around: &Surroundings<'_, T>,
+    ) -> Origin {
+        if let Some(n) = harmonic {
+            return if around.rotation.may_flip(n) {
+                Origin::Unknown
+            } else {
+                Origin::Rotation
+            };
+        }
+        if self.overtone {
+            return Origin::Overtone;
+        }
+        let amplitude = self.at.amplitude();
+        if around.idle_known && around.background.explains(frequency, sd, amplitude) {
+            return Origin::Background;
+        }
+        if around.rotation.spindle_hz.is_none() {
+            return Origin::Unknown;
+        }
+        Origin::Free
+    }
+
+    /// A line below explains the mode only where the known speed does not explain that
+    /// line: otherwise the speed itself decides.
+    fn is_overtone(&self, frequency: T, sd: T, around: &Surroundings<'_, T>) -> bool {
+        let (sets, keeps) = OVERTONE_RATIO;
+        let ratio = T::from_f64(if self.overtone { keeps } else { sets });
+        let least = (self.at.power() * ratio).max(around.power * T::from_f64(LINE_SHARE));
+        let explains = |part: f64, power: T| {
+            power > least
+                && around
+                    .rotation
+                    .harmonic(frequency * T::from_f64(part), sd)
+                    .is_none()
+        };
+        explains(0.5, self.half.power()) || explains(1.0 / 3.0, self.third.power())
+    }
+}

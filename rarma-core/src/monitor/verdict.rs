@@ -1,0 +1,213 @@
+//! The decision: modes read, explained, judged, and put into a word. Decision rate.
+
+use super::slot::{Slot, Surroundings};
+use super::{MAX_MODES, Monitor, Report};
+use crate::decide::{AlarmEvent, Mode, Reading, Reason, State};
+use crate::real::Real;
+use crate::spectrum::{deviation, modal};
+
+/// Part of the band's power that is never taken for explained: a lock-in reads a
+/// line's power to a few percent only.
+const LEAST_REST: f64 = 0.05;
+/// The last roots stand for the present ones for this long while they are searched
+/// for anew, s. They are found within milliseconds.
+pub(super) const LOST_HOLD_S: f64 = 0.1;
+/// An alarm outlives bad samples for this long, s.
+const ALARM_HOLD_S: f64 = 1.0;
+/// The level means something from here on, s.
+const SETTLED_S: f64 = 0.2;
+/// After the level has risen from idle to a cut the speed is in doubt for this long, s,
+/// by this part of it: a spindle that is loaded dips by up to 1 % and is back after half
+/// a second.
+const ENTERING_S: f64 = 0.6;
+const ENTERING_DOUBT: f64 = 0.013;
+
+impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N> {
+    /// Reads the modes and judges them.
+    pub(super) fn decide(&mut self) -> Report<T> {
+        self.lost_s = if self.lost {
+            self.lost_s + self.period_s
+        } else {
+            T::ZERO
+        };
+        let lost = self.lost_s > T::from_f64(LOST_HOLD_S);
+        let ready = self.model.ready() && !lost;
+        let fault = self.health.fault();
+        self.fault_s = match fault {
+            Some(_) => self.fault_s + self.period_s,
+            None => T::ZERO,
+        };
+        let level = self.power.sqrt();
+        let told_idle = self
+            .idle_samples
+            .is_some_and(|(from, to)| (from..to).contains(&self.samples));
+        let was_in_cut = self.idle.is_cutting() && self.idle.idle_level().is_some();
+        let settled = T::from_f64(self.samples as f64) > self.input_fs * T::from_f64(SETTLED_S);
+        let cutting = self
+            .idle
+            .update(level, told_idle, settled && self.trusts_samples());
+        self.enter(cutting && !was_in_cut && self.idle.idle_level().is_some());
+
+        let mut modes = [None; MAX_MODES];
+        if ready {
+            let mut readings = [None; MAX_MODES];
+            self.find_again();
+            self.places.age(self.period_s);
+            for (k, place) in readings.iter_mut().enumerate().take(P.div_ceil(2)) {
+                *place = self.read_mode(k);
+            }
+            self.judge_modes(&mut readings, &mut modes);
+            if !cutting {
+                self.learn_background(&modes);
+            }
+        }
+        let bad = !self.trusts_samples();
+        let mut event = AlarmEvent::None;
+        if ready && !bad {
+            event = self
+                .alarm
+                .update(&modes, cutting && fault.is_none(), self.period_s);
+        } else if self.alarm.standing().is_some() && self.fault_s > T::from_f64(ALARM_HOLD_S) {
+            event = self.alarm.release();
+        }
+        if let AlarmEvent::Off { .. } = event {
+            for slot in &mut self.slots {
+                slot.clear();
+            }
+        }
+        let (state, reason) = match fault {
+            Some(fault) if bad || self.alarm.standing().is_none() => {
+                (State::Invalid, Reason::Samples(fault))
+            }
+            _ if !self.model.ready() => (State::Starting, Reason::EstimatorStarting),
+            _ if lost && self.alarm.standing().is_none() => (State::Starting, Reason::RootsLost),
+            _ => self.alarm.judge(&modes, cutting),
+        };
+        Report::new(
+            self.samples,
+            state,
+            reason,
+            event,
+            level,
+            &modes,
+            self.alarm.standing(),
+        )
+    }
+
+    /// A cut that begins puts the speed in doubt for a while.
+    fn enter(&mut self, begins: bool) {
+        self.entering_s = if begins {
+            T::from_f64(ENTERING_S)
+        } else {
+            (self.entering_s - self.period_s).max(T::ZERO)
+        };
+        self.rotation.doubt = if self.entering_s > T::ZERO {
+            T::from_f64(ENTERING_DOUBT)
+        } else {
+            T::ZERO
+        };
+    }
+
+    /// What rings at idle is not the cut.
+    fn learn_background(&mut self, modes: &[Option<Mode<T>>; MAX_MODES]) {
+        let config = self.alarm.config();
+        let lines = modes
+            .iter()
+            .flatten()
+            .filter(|mode| config.may_be_line((mode.damping, mode.damping_sd)))
+            .map(|mode| (mode.frequency, mode.frequency_sd, mode.amplitude));
+        self.background.learn(lines, self.period_s);
+    }
+
+    /// Where a pole pair and a real one change places, the modes' memories go with them:
+    /// a mode is the one that was at its frequency at the last decision.
+    fn find_again(&mut self) {
+        let mut found = [None; MAX_MODES];
+        for (place, factor) in found.iter_mut().zip(self.roots.factors(P)) {
+            *place = modal(factor, self.fs).map(|mode| mode.frequency);
+        }
+        for k in 0..MAX_MODES {
+            let Some(frequency) = found.get(k).copied().flatten() else {
+                continue;
+            };
+            let knows = |slot: Option<&Slot<T>>, f: T| slot.is_some_and(|s| s.track.is_at(f));
+            if knows(self.slots.get(k), frequency) {
+                continue;
+            }
+            let abandoned = (0..MAX_MODES).find(|&j| {
+                let there = found.get(j).copied().flatten();
+                knows(self.slots.get(j), frequency)
+                    && !there.is_some_and(|f| knows(self.slots.get(j), f))
+            });
+            if let Some(j) = abandoned {
+                self.slots.swap(k, j);
+            }
+        }
+    }
+
+    /// Mode `k` as it is now, and the power at it; none for real roots.
+    fn read_mode(&mut self, k: usize) -> Option<(Reading<T>, T)> {
+        let factor = *self.roots.factors(P).get(k)?;
+        let slot = self.slots.get_mut(k)?;
+        let Some(modal) = modal(&factor, self.fs) else {
+            slot.reset();
+            return None;
+        };
+        let sd = deviation(
+            self.model.a(),
+            N,
+            &factor,
+            self.fs,
+            self.model.covariance(),
+            self.model.covariance_factor(),
+        )?;
+        let all_finite = [modal.frequency, modal.damping, sd.frequency, sd.damping]
+            .iter()
+            .all(|x| x.is_finite());
+        all_finite.then(|| {
+            let around = Surroundings {
+                fs: self.fs,
+                band: self.band,
+                rotation: self.rotation,
+                background: &self.background,
+                places: &self.places,
+                config: self.alarm.config(),
+                idle_known: self.idle.idle_level().is_some(),
+                power: self.power,
+            };
+            slot.read(&modal, &sd, &around)
+        })
+    }
+
+    /// Shares of the power that nothing else explains, and the labels.
+    fn judge_modes(
+        &mut self,
+        readings: &mut [Option<(Reading<T>, T)>; MAX_MODES],
+        modes: &mut [Option<Mode<T>>; MAX_MODES],
+    ) {
+        let mut explained = T::ZERO;
+        for (reading, here) in readings.iter().flatten() {
+            if reading.origin.explains() {
+                explained += *here;
+            }
+        }
+        for ((reading, slot), mode) in readings.iter_mut().zip(&mut self.slots).zip(modes) {
+            let Some((reading, here)) = reading else {
+                continue;
+            };
+            let rest = (self.power - explained)
+                .max(self.power * T::from_f64(LEAST_REST))
+                .max(*here);
+            if rest > T::ZERO && !reading.origin.explains() {
+                reading.share = *here / rest;
+            }
+            let ((f, _), (zeta, _)) = (reading.frequency, reading.damping);
+            self.places
+                .see(f, zeta, reading.share, self.alarm.config(), self.period_s);
+            *mode = Some(
+                slot.track
+                    .update(reading, self.alarm.config(), self.period_s),
+            );
+        }
+    }
+}
