@@ -69,7 +69,7 @@ impl<T: Real> Rotation<T> {
             return false;
         };
         let half = teeth / 2;
-        n % half == 0 && (n / half) % 2 == 1 && n / half <= HIGHEST_FLIP_HALVES
+        n.is_multiple_of(half) && (n / half) % 2 == 1 && n / half <= HIGHEST_FLIP_HALVES
     }
 }
 
