@@ -5,14 +5,29 @@
 
 mod band;
 mod biquad;
+mod comb;
 mod fir;
 mod health;
 mod lines;
+mod multiples;
+mod phase_loop;
+mod sliced_fft;
+mod speed;
+mod spindle_lines;
 
 pub use band::{Band, BandError, BandFilter, TOP_FRACTION};
 pub use biquad::{Biquad, BiquadState, Pass, ZERO_FRACTION};
+pub use comb::{MOST_PEAKS, TOLERANCE_BINS};
 pub use fir::{FirStage, MAX_TAPS, STOP_DB};
 pub use health::{
     CLIP_MEMORY_S, CLIPPED_FRACTION, Fault, HOLD_S, Health, HealthCounts, LARGEST, STUCK_S,
 };
 pub use lines::{KnownLines, LinesError};
+pub use sliced_fft::SlicedFft;
+pub use speed::{
+    CHANCE_BLIND, CHANCE_TOLD, Comb, FRAME, Finding, SPACING_HZ, SpeedFinder, SpeedFinderConfig,
+    SpeedFinderError, TOLD_RANGE,
+};
+pub use spindle_lines::{
+    LINES_TAU_S, Lock, SPEED_WANDER, SpindleLines, SpindleLinesConfig, SpindleLinesError,
+};
