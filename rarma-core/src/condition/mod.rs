@@ -11,9 +11,13 @@ mod health;
 mod lines;
 mod multiples;
 mod phase_loop;
+mod pulse;
 mod sliced_fft;
 mod speed;
 mod spindle_lines;
+mod tacho;
+#[cfg(test)]
+mod tacho_tests;
 
 pub use band::{Band, BandError, BandFilter, TOP_FRACTION};
 pub use biquad::{Biquad, BiquadState, Pass, ZERO_FRACTION};
@@ -23,6 +27,7 @@ pub use health::{
     CLIP_MEMORY_S, CLIPPED_FRACTION, Fault, HOLD_S, Health, HealthCounts, LARGEST, STUCK_S,
 };
 pub use lines::{KnownLines, LinesError};
+pub use pulse::{LEVEL_MEMORY_S, PulseDetector};
 pub use sliced_fft::SlicedFft;
 pub use speed::{
     CHANCE_BLIND, CHANCE_TOLD, Comb, FRAME, Finding, SPACING_HZ, SpeedFinder, SpeedFinderConfig,
@@ -31,3 +36,4 @@ pub use speed::{
 pub use spindle_lines::{
     LINES_TAU_S, Lock, SPEED_WANDER, SpindleLines, SpindleLinesConfig, SpindleLinesError,
 };
+pub use tacho::{Tacho, TachoConfig, TachoError, TachoFault, TachoReading};

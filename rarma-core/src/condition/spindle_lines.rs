@@ -22,8 +22,9 @@ const SMOOTH: f64 = 8.0;
 const WHITE: f64 = 15.0;
 /// Memory of the variance of a line's errors, blocks.
 const VARIANCE_BLOCKS: f64 = 40.0;
-/// Blocks before a line tells of the phase.
-const LEAST_AGE: u16 = 10;
+/// Blocks before the errors of a line are averaged, and before it tells of the phase.
+const LEAST_AGE: u16 = 8;
+const SPEAKING_AGE: u16 = 20;
 /// Blocks before the lines count as locked.
 const LOCK_AGE: u16 = 30;
 /// A line whose power is this many times that of the noise in its notch is there.
@@ -329,11 +330,8 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
             let inverse = T::ONE / square;
             let radial = (u.0 * line.c.0 + u.1 * line.c.1) * inverse.sqrt();
             line.radial += smooth * (radial - line.radial);
-            if line.age < LEAST_AGE {
+            if line.age < SPEAKING_AGE {
                 continue;
-            }
-            if line.age == LEAST_AGE {
-                line.variance = line.radial * line.radial * T::from_f64(WHITE);
             }
             let kappa = Self::gain(line.age, most, self.kappa);
             // What noise alone leaves of a line of no amplitude.
