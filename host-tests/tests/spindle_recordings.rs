@@ -20,6 +20,9 @@ struct Case {
     from_to_s: (f64, f64),
     /// True spindle frequency, Hz, and how far the sound may be off it, relative.
     true_hz: (f64, f64),
+    /// Least part of the cycles with an answer, %, and power left, dB.
+    least_percent: usize,
+    left_db: Option<(f64, f64)>,
 }
 
 /// What was found.
@@ -111,12 +114,14 @@ fn the_speed_of_real_cuts_is_found() {
     let Some(shared) = shared_or_skip("the_speed_of_real_cuts_is_found") else {
         return;
     };
-    let yang = |name, rpm: f64, true_hz| Case {
+    let yang = |name, rpm: f64, true_hz, left_db| Case {
         name,
         told_hz: rpm / 60.0,
         teeth: None,
         from_to_s: (0.5, 13.2),
         true_hz: (true_hz, 0.003),
+        least_percent: 90,
+        left_db,
     };
     let cases = [
         Case {
@@ -125,6 +130,8 @@ fn the_speed_of_real_cuts_is_found() {
             teeth: Some(6),
             from_to_s: (2.0, 15.6),
             true_hz: (27.6, 0.01),
+            least_percent: 0,
+            left_db: None,
         },
         Case {
             name: "hafez_mill_sound/stable",
@@ -132,6 +139,8 @@ fn the_speed_of_real_cuts_is_found() {
             teeth: None,
             from_to_s: (1.6, 7.2),
             true_hz: (74.8, 0.01),
+            least_percent: 70,
+            left_db: Some((-4.0, -1.0)),
         },
         Case {
             name: "purdue_mt_cutting_video_audio/Exp0-1_video_audio",
@@ -139,18 +148,27 @@ fn the_speed_of_real_cuts_is_found() {
             teeth: Some(5),
             from_to_s: (23.0, 77.0),
             true_hz: (76.2, 0.015),
+            least_percent: 40,
+            left_db: Some((-5.0, -1.0)),
         },
         yang(
             "yang_hurco_accel/EBI_F18IN_T50_D0p125_3000RPM_5A_ON_VICE_X",
             3000.0,
             49.962,
+            Some((-27.0, -18.0)),
         ),
         yang(
             "yang_hurco_accel/EBI_F20IN_T50_D0p05IN_4000RPM_X",
             4000.0,
             66.642,
+            Some((-25.0, -15.0)),
         ),
-        yang("yang_hurco_accel/EBI_T50_0p25IN_6900RPM_X", 6900.0, 114.957),
+        yang(
+            "yang_hurco_accel/EBI_T50_0p25IN_6900RPM_X",
+            6900.0,
+            114.957,
+            Some((-4.0, -1.0)),
+        ),
     ];
     println!(
         "| recording | search | found | cycles found / contradicted / all | locked | left | tracked |"
@@ -175,6 +193,25 @@ fn the_speed_of_real_cuts_is_found() {
                 o.left_db,
                 range(&o.tracked_hz),
             );
+            let (truth, within) = case.true_hz;
+            for hz in o.found_hz.iter().chain(&o.tracked_hz) {
+                let ratio = (hz / truth).round().max(1.0);
+                let off = (hz / ratio / truth - 1.0).abs();
+                assert!(off < within, "{} {search}: {hz} Hz", case.name);
+            }
+            if search == "told" {
+                assert!(
+                    o.found_hz.len() * 100 >= o.cycles * case.least_percent,
+                    "{o:?}"
+                );
+                assert_eq!(o.contradictions, 0);
+            }
+            if search == "told 9 % wrong" {
+                assert!(o.found_hz.is_empty(), "{}: {o:?}", case.name);
+            }
+            if let Some((lo, hi)) = case.left_db.filter(|_| search == "told") {
+                assert!((lo..hi).contains(&o.left_db), "{}: {o:?}", case.name);
+            }
         }
     }
 }

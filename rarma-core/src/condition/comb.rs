@@ -10,7 +10,13 @@ pub const MOST_PEAKS: usize = 24;
 /// chance that a peak anywhere is.
 pub const TOLERANCE_BINS: f64 = 0.4;
 /// Least error of a peak's frequency that is believed, bins.
-const LEAST_ERROR_BINS: f64 = 0.008;
+const LEAST_ERROR_BINS: f64 = 0.005;
+/// Lines of a comb scatter less about their multiples, bins rms; by chance it is 0.23.
+const WIDEST_SCATTER_BINS: f64 = 0.2;
+/// Above this scatter, bins rms, it is looked whether the lines have another spacing
+/// and an offset (chatter with sidebands), by this ratio of squares.
+const OFFSET_SCATTER_BINS: f64 = 0.1;
+const OFFSET_RATIO: f64 = 9.0;
 /// Numbers of strongest peaks that are tried; as many chances more.
 const LOOKS: [u8; 7] = [3, 4, 6, 8, 12, 16, 24];
 /// ln of the product of the numbers up to the index.
@@ -206,7 +212,7 @@ impl<T: Real> Peaks<T> {
             }
         }
         // As if one line more were known to scatter so: few lines tell little of it.
-        let prior = T::from_f64(0.02 * 0.02);
+        let prior = T::from_f64(0.014 * 0.014);
         let variance = (squares + prior) / T::from_u32(count);
         let least = T::from_f64(LEAST_ERROR_BINS);
         Score {
@@ -214,6 +220,40 @@ impl<T: Real> Peaks<T> {
             sd: variance.sqrt().max(least) / nn.sqrt(),
             ..*score
         }
+    }
+
+    /// Whether the hits lie on multiples of the spacing, and not merely near them: on
+    /// a line through the origin of small scatter. Chatter with sidebands a turn apart
+    /// lies near the multiples of a speed that is a little wrong, but off the origin.
+    pub fn through_origin(&self, score: &Score<T>) -> bool {
+        let fine = self.refine(score).spacing;
+        let (mut n_sum, mut n_square, mut off_sum, mut off_n, mut off_square) =
+            (T::ZERO, T::ZERO, T::ZERO, T::ZERO, T::ZERO);
+        let mut m = T::ZERO;
+        for peak in self.as_slice() {
+            if let Some(n) = Self::multiple(peak, score.spacing) {
+                let off = peak.bin - n * fine;
+                m += T::ONE;
+                n_sum += n;
+                n_square += n * n;
+                off_sum += off;
+                off_n += off * n;
+                off_square += off * off;
+            }
+        }
+        if !(m > T::from_f64(2.5)) {
+            return true;
+        }
+        let scatter = (off_square / m).sqrt();
+        if scatter < T::from_f64(OFFSET_SCATTER_BINS) {
+            return true;
+        }
+        // What a free offset and slope would take of the squares.
+        let spread = n_square - n_sum * n_sum / m;
+        let slope = (off_n - n_sum * off_sum / m) / spread;
+        let taken = off_sum * off_sum / m + slope * slope * spread;
+        let left = (off_square - taken).max(T::ZERO) / (m - T::from_f64(2.0));
+        scatter < T::from_f64(WIDEST_SCATTER_BINS) && taken < left * T::from_f64(OFFSET_RATIO)
     }
 
     /// The largest part of `score`'s spacing whose multiples explain peaks that those
@@ -310,6 +350,22 @@ mod tests {
         let found = true_lines.refine(&true_lines.score(30.01, None, Multiples::All));
         assert!((found.spacing - 30.002).abs() < 0.002 && found.sd > 1e-3 && found.sd < 1e-2);
         assert!(true_lines.split(&found, 5.0).is_none());
+    }
+
+    #[test]
+    fn sidebands_of_chatter_are_no_lines_of_a_wrong_speed() {
+        // 898.6 Hz and sidebands of 27.6 Hz in bins of 2.93 Hz, against 898.6/33.
+        let sidebands: [f64; 5] =
+            core::array::from_fn(|k| (898.6 + 27.6 * (k as f64 - 2.0)) / 2.929_687_5);
+        let chatter = peaks(&sidebands);
+        let wrong = chatter.score(898.6 / 33.0 / 2.929_687_5, None, Multiples::All);
+        assert_eq!(wrong.hits, 5);
+        assert!(!chatter.through_origin(&wrong));
+        // Lines of that speed with as much scatter but no order in it.
+        let off = [0.15, -0.15, 0.1, -0.12, 0.14];
+        let lines: [f64; 5] = core::array::from_fn(|k| 9.3 * (31.0 + k as f64) + off[k]);
+        let lines = peaks(&lines);
+        assert!(lines.through_origin(&lines.score(9.3, None, Multiples::All)));
     }
 
     #[test]

@@ -15,6 +15,8 @@ mod pulse;
 mod sliced_fft;
 mod speed;
 mod spindle_lines;
+#[cfg(test)]
+mod spindle_tests;
 mod tacho;
 #[cfg(test)]
 mod tacho_tests;

@@ -34,13 +34,13 @@ pub const TOLD_RANGE: f64 = 0.03;
 pub const SPACING_HZ: (f64, f64) = (15.0, 1000.0);
 /// Least spacing the window can resolve, bins.
 const LEAST_SPACING_BINS: f64 = 5.0;
-/// Chance by which an answer may be wrong: told, and not told.
-pub const CHANCE_TOLD: f64 = 1e-2;
+/// Chance by which a speed near the told one may be one of random lines.
+pub const CHANCE_TOLD: f64 = 1e-3;
 /// Chance by which a spacing nobody told may be one of random lines.
 pub const CHANCE_BLIND: f64 = 1e-3;
 /// Two answers in a row that nobody told agree within this fraction, or there is none.
 const AGREE: f64 = 0.015;
-/// More likely than this by chance, nothing is said of what was told.
+/// Most candidates that are counted, ln.
 const LN_MANY: f64 = 16.0;
 
 /// What [`SpeedFinder`] is to look for.
@@ -115,8 +115,11 @@ enum Phase {
 /// frequency refined by the ratio to its larger neighbour. Every line and every
 /// multiple it may be proposes a spacing; a spacing is judged by the chance that so
 /// many of the strongest lines lie within 0.4 bins of its multiples
-/// ([`Peaks::score`]), times the number of spacings tried. Half the true spacing has
+/// (union bound over the binomial), times the number of spacings tried. Half the true spacing has
 /// twice the chance per line and so is less likely, unless it explains more.
+///
+/// The hits must scatter little about a line through the origin:
+/// chatter with sidebands a turn apart is no comb.
 ///
 /// With a told speed only ±[`TOLD_RANGE`] around it is searched, and two lines may do;
 /// without, three lines are needed, on at least 0.3 of the multiples they span, and two
@@ -376,10 +379,8 @@ impl<T: Real> SpeedFinder<T> {
         }
     }
 
-    fn keep(&mut self, score: Score<T>) {
-        if self.best.is_none_or(|b| score.ln_chance < b.ln_chance) {
-            self.best = Some(score);
-        }
+    fn better(&self, score: &Score<T>) -> bool {
+        self.best.is_none_or(|b| score.ln_chance < b.ln_chance)
     }
 
     fn search_told(&mut self) -> Option<Finding<T>> {
@@ -392,8 +393,8 @@ impl<T: Real> SpeedFinder<T> {
                 let few = self.peaks.score(spacing, Some(from), Multiples::Of(teeth));
                 score.ln_chance = score.ln_chance.min(few.ln_chance + T::from_f64(2.0).ln());
             }
-            if score.hits >= 2 {
-                self.keep(score);
+            if score.hits >= 2 && self.better(&score) && self.peaks.through_origin(&score) {
+                self.best = Some(score);
             }
             return None;
         }
@@ -418,7 +419,9 @@ impl<T: Real> SpeedFinder<T> {
             if Peaks::is_comb(&score) {
                 // Spacings at least as wide that were or will be tried.
                 score.ln_chance += self.wider(spacing);
-                self.keep(score);
+                if self.better(&score) && self.peaks.through_origin(&score) {
+                    self.best = Some(score);
+                }
             }
             return None;
         }

@@ -29,6 +29,8 @@ const SPEAKING_AGE: u16 = 20;
 const LOCK_AGE: u16 = 30;
 /// A line whose power is this many times that of the noise in its notch is there.
 const STRONG: f64 = 12.0;
+/// So many lines must be there: one alone may be a chatter that a wrong speed hits.
+const LEAST_STRONG: u32 = 2;
 /// Standard deviation of the phase of the lines, rad: locked below the first, lost
 /// above the second.
 const LOCKED_RAD: f64 = 0.35;
@@ -418,10 +420,10 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
         }
     }
 
-    /// Locked, lost, or neither.
+    /// Locked, lost, or neither, by the lines that stand out.
     fn judge(&mut self, strong: u32) {
         let phase_sd = (self.filter.p.0 * self.square_multiple).sqrt();
-        let there = strong >= 1;
+        let there = strong >= LEAST_STRONG.min(self.used as u32).max(1);
         let per_block = T::from_u32(u32::from(self.block)) / self.fs;
         let blocks = |s: f64| (T::from_f64(s) / per_block).to_f32() as u16;
         let bad = !there || phase_sd > T::from_f64(LOST_RAD) || !phase_sd.is_finite();
