@@ -120,7 +120,7 @@ fn the_speed_of_real_cuts_is_found() {
         teeth: None,
         from_to_s: (0.5, 13.2),
         true_hz: (true_hz, 0.003),
-        least_percent: 90,
+        least_percent: 80,
         left_db,
     };
     let cases = [
