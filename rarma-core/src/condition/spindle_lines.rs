@@ -354,7 +354,7 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
         }
         let mut forward = T::ZERO;
         if weight > T::ZERO {
-            error = error / weight;
+            error /= weight;
             forward = self.filter.correct(error, T::ONE / weight);
             self.square_multiple = squares / powers;
         }
