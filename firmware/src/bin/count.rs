@@ -19,6 +19,9 @@ mod target {
 
     use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS, exit};
     use cortex_m_semihosting::{hprintln, nr, syscall};
+    use rarma_core::condition::{
+        Band, SpeedFinder, SpeedFinderConfig, SpindleLines, SpindleLinesConfig,
+    };
     use rarma_core::estimate::{RarmaConfig, RecursiveArma};
     use rarma_core::monitor::{Monitor, MonitorConfig};
     use rarma_core::spectrum::{FactorTracker, modal};
@@ -129,6 +132,60 @@ mod target {
         Update88, Roots88, Chain88, 8, 8, 16;
     }
 
+    /// The signal with lines of a five-tooth cutter at 76.4 Hz in it, made as it runs.
+    struct Cut(u32);
+
+    impl Cut {
+        fn next(&mut self, y: f32) -> f32 {
+            // 26 turns in 2042 samples of 6 kHz: teeth in 15.7 samples.
+            self.0 = (self.0 + 130) % 2042;
+            y + if self.0 < 130 { 60.0 } else { -4.0 }
+        }
+    }
+
+    /// Removal of all lines of one spindle in the band, per decimated sample.
+    struct Lines(SpindleLines<f32, 32>, Cut);
+
+    impl Kernel for Lines {
+        const NAME: &'static str = "spindle lines (32)";
+        fn new() -> Self {
+            let band = Band::usual(6000.0);
+            match SpindleLines::new(&SpindleLinesConfig::new(6000.0, band)) {
+                Ok(mut lines) => {
+                    lines.start(76.4, 0.05);
+                    Self(lines, Cut(0))
+                }
+                Err(_) => panic!("the settings are in range"),
+            }
+        }
+        fn step(&mut self, y: f32) -> f32 {
+            let y = self.1.next(y);
+            self.0.process(y)
+        }
+    }
+
+    /// Search for the speed in the sound, per decimated sample.
+    struct Finder(SpeedFinder<f32>, Cut);
+
+    impl Kernel for Finder {
+        const NAME: &'static str = "speed from the sound";
+        fn new() -> Self {
+            match SpeedFinder::new(&SpeedFinderConfig {
+                fs_hz: 6000.0,
+                band: Band::usual(6000.0),
+                told_hz: None,
+                teeth: None,
+            }) {
+                Ok(finder) => Self(finder, Cut(0)),
+                Err(_) => panic!("the settings are in range"),
+            }
+        }
+        fn step(&mut self, y: f32) -> f32 {
+            let y = self.1.next(y);
+            f32::from(u8::from(self.0.push(y).is_some()))
+        }
+    }
+
     fn forgetting() -> RarmaConfig<f32> {
         RarmaConfig {
             forgetting: 0.998,
@@ -155,7 +212,7 @@ mod target {
     kernels![
         Nop, Update21, Update22, Update43, Update44, Update65, Update66, Update87, Update88,
         Roots21, Roots22, Roots43, Roots44, Roots65, Roots66, Roots87, Roots88, Chain21, Chain22,
-        Chain43, Chain44, Chain65, Chain66, Chain87, Chain88,
+        Chain43, Chain44, Chain65, Chain66, Chain87, Chain88, Lines, Finder,
     ];
 
     /// Counting starts when this executes.

@@ -1,0 +1,523 @@
+//! Removal of what the turning spindle forces: lines at multiples of one frequency,
+//! on one phase of rotation, whose speed is followed.
+//!
+//! Rate: [`SpindleLines::process`] once a decimated sample; every block of about
+//! 2.7 ms the amplitudes, the phase and the speed are corrected. Words: *line*, a
+//! steady tone; *notch*, the band around a line in which nothing else can be seen.
+
+use super::band::Band;
+use super::multiples::Choice;
+use super::phase_loop::PhaseLoop;
+use crate::real::Real;
+
+/// Length of a block, s.
+const BLOCK_S: f64 = 1.0 / 375.0;
+/// Default memory of the amplitudes, s.
+pub const LINES_TAU_S: f64 = 0.3;
+/// Default for how fast the speed may wander: relative change in √s.
+pub const SPEED_WANDER: f64 = 2e-3;
+/// Smoothing of a line's errors, blocks.
+const SMOOTH: f64 = 8.0;
+/// Variance of white errors over that of their mean so smoothed: 2·8 − 1.
+const WHITE: f64 = 15.0;
+/// Memory of the variance of a line's errors, blocks.
+const VARIANCE_BLOCKS: f64 = 40.0;
+/// Blocks before the errors of a line are averaged, and before it tells of the phase.
+const LEAST_AGE: u16 = 8;
+const SPEAKING_AGE: u16 = 20;
+/// Blocks before the lines count as locked.
+const LOCK_AGE: u16 = 30;
+/// A line whose power is this many times that of the noise in its notch is there.
+const STRONG: f64 = 12.0;
+/// So many lines must be there: one alone may be a chatter that a wrong speed hits.
+const LEAST_STRONG: u32 = 2;
+/// Standard deviation of the phase of the lines, rad: locked below the first, lost
+/// above the second.
+const LOCKED_RAD: f64 = 0.35;
+const LOST_RAD: f64 = 0.8;
+/// Without a lock for so long, s, there is none.
+const PATIENCE_S: f64 = 1.0;
+/// Without a line that stands out for so long, s, the lock is lost.
+const LOST_S: f64 = 0.25;
+
+/// Settings of [`SpindleLines`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpindleLinesConfig {
+    /// Rate of the (decimated) samples, Hz.
+    pub fs_hz: f64,
+    /// Lines outside are left alone.
+    pub band: Band,
+    /// Teeth, where known; 1 where the frequency told is that of the teeth.
+    pub teeth: Option<u32>,
+    /// Memory of the amplitudes, s, 0.02..=10: notch half-width 1/(2π·τ).
+    pub tau_s: f64,
+    /// How fast the speed may wander: standard deviation of its relative change over
+    /// √(1 s), 1e-6..=0.1. Ramps are faster: [`SPEED_WANDER`] follows 10 %/s.
+    pub wander: f64,
+}
+
+impl SpindleLinesConfig {
+    /// Defaults at a rate, in a band.
+    pub fn new(fs_hz: f64, band: Band) -> Self {
+        Self {
+            fs_hz,
+            band,
+            teeth: None,
+            tau_s: LINES_TAU_S,
+            wander: SPEED_WANDER,
+        }
+    }
+}
+
+/// Why there are no lines.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SpindleLinesError {
+    /// The sampling rate must be finite and at least 200 Hz.
+    Rate,
+    /// Band edges must be positive, in order, and below half the rate.
+    Band,
+    /// 1 to 100 teeth.
+    Teeth,
+    /// Memory out of range.
+    Memory,
+    /// Wander out of range.
+    Wander,
+}
+
+/// What the lines hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Lock {
+    /// No speed was given, or its lines are not yet there: nothing is removed.
+    #[default]
+    Searching,
+    /// The lines are there and are removed.
+    Locked,
+    /// They were there, or were expected for 1 s, and are not: nothing is removed
+    /// until a speed is given again.
+    Lost,
+}
+
+/// One line.
+#[derive(Debug, Clone, Copy)]
+struct Line<T> {
+    multiple: u16,
+    age: u16,
+    /// Amplitude c of Re(c·e^(j·n·φ)).
+    c: (T, T),
+    /// Σ e·e^(−j·n·φ) of the block.
+    sum: (T, T),
+    /// Smoothed errors, radial and across less what the common phase explains, and
+    /// the variance of a block's error by them.
+    radial: T,
+    across: T,
+    variance: T,
+}
+
+impl<T: Real> Line<T> {
+    fn new(multiple: u16) -> Self {
+        let zero = (T::ZERO, T::ZERO);
+        Self {
+            multiple,
+            age: 0,
+            c: zero,
+            sum: zero,
+            radial: T::ZERO,
+            across: T::ZERO,
+            variance: T::ZERO,
+        }
+    }
+
+    /// |c|².
+    fn square(&self) -> T {
+        self.c.0 * self.c.0 + self.c.1 * self.c.1
+    }
+}
+
+/// Removes up to `H` lines at multiples of the spindle frequency, and follows it.
+///
+/// ```text
+/// φ ← φ + ω,   e = y − Σ_n Re(c_n·e^(jnφ))                       every sample
+/// u_n = 2·mean(e·e^(−jnφ)),   c_n ← c_n + κ·u_n                  every block
+/// z = Σ_n n·Im(u_n·c_n*)/s_n² / Σ_n n²|c_n|²/s_n²  → φ, ω        every block
+/// ```
+///
+/// κ is 1/blocks at first (least squares of each line by itself), at most
+/// spacing·block, then block/τ. z is the phase error by which all lines together say
+/// the rotation leads; it drives a Kalman filter of phase and speed. s_n², the noise at
+/// a line, is read off its errors along c_n and across it, less the n·z that all lines
+/// share: a chatter near one line is loud in that line alone, which then has no say,
+/// while a change of speed turns all lines alike. With a single line in the band only
+/// the error along c_n is left to tell the two apart.
+///
+/// Which multiples: all in the band if they are at most `H`; else those of the teeth
+/// first, then from the lowest up. With an even number of teeth the odd multiples of
+/// half the tooth frequency up to 4.5 times it are *left in the signal*: flip chatter
+/// (period two) lives there.
+///
+/// Precision: the phase is a phasor put back on the unit circle at every sample, the
+/// phasors of the lines its powers, so that an error never outlives a sample.
+#[derive(Debug, Clone)]
+pub struct SpindleLines<T, const H: usize> {
+    lines: [Line<T>; H],
+    used: usize,
+    choice: Choice,
+    base: (T, T),
+    turn: (T, T),
+    filter: PhaseLoop<T>,
+    lock: Lock,
+    running: bool,
+    in_block: u16,
+    block: u16,
+    age: u16,
+    bad_blocks: u16,
+    band: (T, T),
+    fs: T,
+    /// Least κ, and wander per block.
+    kappa: T,
+    wander: T,
+    /// Mean square multiple of the lines, by power.
+    square_multiple: T,
+}
+
+impl<T: Real, const H: usize> SpindleLines<T, H> {
+    /// Lines of no speed: samples pass.
+    ///
+    /// # Errors
+    /// See [`SpindleLinesError`].
+    pub fn new(config: &SpindleLinesConfig) -> Result<Self, SpindleLinesError> {
+        const { assert!(H >= 1 && H <= 200, "1 to 200 lines") };
+        let fs = config.fs_hz;
+        if !(fs.is_finite() && fs >= 200.0) {
+            return Err(SpindleLinesError::Rate);
+        }
+        let Band { low_hz, high_hz } = config.band;
+        if !(low_hz > 0.0 && low_hz < high_hz && high_hz < 0.5 * fs) {
+            return Err(SpindleLinesError::Band);
+        }
+        if config.teeth.is_some_and(|z| !(1..=100).contains(&z)) {
+            return Err(SpindleLinesError::Teeth);
+        }
+        if !(config.tau_s >= 0.02 && config.tau_s <= 10.0) {
+            return Err(SpindleLinesError::Memory);
+        }
+        if !(config.wander >= 1e-6 && config.wander <= 0.1) {
+            return Err(SpindleLinesError::Wander);
+        }
+        let block = ((fs * BLOCK_S + 0.5) as u16).clamp(1, 256);
+        let block_s = f64::from(block) / fs;
+        // No standard root without std; the block is short, the root need not be fine.
+        let wander = T::from_f64(config.wander) * T::from_f64(block_s).sqrt();
+        Ok(Self {
+            lines: [Line::new(0); H],
+            used: 0,
+            choice: Choice::new(config.teeth),
+            base: (T::ONE, T::ZERO),
+            turn: (T::ONE, T::ZERO),
+            filter: PhaseLoop::new(T::ZERO, T::ZERO, wander),
+            lock: Lock::Searching,
+            running: false,
+            in_block: 0,
+            block,
+            age: 0,
+            bad_blocks: 0,
+            band: (T::from_f64(low_hz), T::from_f64(high_hz)),
+            fs: T::from_f64(fs),
+            kappa: T::from_f64(block_s / config.tau_s),
+            wander,
+            square_multiple: T::ONE,
+        })
+    }
+
+    /// Forgets the speed and the lines: samples pass.
+    pub fn reset(&mut self) {
+        self.running = false;
+        self.used = 0;
+        self.lock = Lock::Searching;
+    }
+
+    /// Starts on a speed, Hz, with its standard deviation, from nothing. Ignored if
+    /// either is no number, the speed not positive or not below half the rate. Slow
+    /// path.
+    pub fn start(&mut self, spindle_hz: T, sd_hz: T) {
+        let most = self.fs * T::from_f64(0.5);
+        if !(spindle_hz > T::ZERO && spindle_hz < most && sd_hz >= T::ZERO && sd_hz < most) {
+            return;
+        }
+        let scale = self.rad_per_block();
+        self.filter = PhaseLoop::new(spindle_hz * scale, sd_hz * scale, self.wander);
+        self.base = (T::ONE, T::ZERO);
+        self.used = 0;
+        self.in_block = 0;
+        self.age = 0;
+        self.bad_blocks = 0;
+        self.lock = Lock::Searching;
+        self.running = true;
+        self.square_multiple = T::ONE;
+        self.choose();
+        self.steer();
+    }
+
+    /// A speed from elsewhere (tacho, finder), Hz, and its standard deviation: drawn
+    /// into the loop by its weight. Slow path.
+    pub fn measure_speed(&mut self, spindle_hz: T, sd_hz: T) {
+        if self.running {
+            let scale = self.rad_per_block();
+            self.filter.measure(spindle_hz * scale, sd_hz * scale);
+            self.steer();
+        }
+    }
+
+    /// Takes a sample, gives what is left of it: the sample itself unless locked, or
+    /// if it is no number.
+    #[inline]
+    pub fn process(&mut self, y: T) -> T {
+        if !self.running {
+            return y;
+        }
+        let mut phasors = [(T::ONE, T::ZERO); H];
+        let (mut p, mut n) = ((T::ONE, T::ZERO), 0);
+        let (x1, y1) = self.base;
+        let mut e = y;
+        let lines = &mut self.lines[..self.used.min(H)];
+        for (line, phasor) in lines.iter().zip(&mut phasors) {
+            while n < line.multiple {
+                p = (p.0 * x1 - p.1 * y1, p.0 * y1 + p.1 * x1);
+                n += 1;
+            }
+            *phasor = p;
+            e -= line.c.0 * p.0 - line.c.1 * p.1;
+        }
+        if e.is_finite() {
+            for (line, p) in lines.iter_mut().zip(&phasors) {
+                line.sum.0 += e * p.0;
+                line.sum.1 -= e * p.1;
+            }
+        }
+        let (c, s) = self.turn;
+        let next = (x1 * c - y1 * s, x1 * s + y1 * c);
+        // One step of Newton keeps the length at 1 whatever rounding does.
+        let stretch = T::from_f64(1.5) - T::from_f64(0.5) * (next.0 * next.0 + next.1 * next.1);
+        self.base = (next.0 * stretch, next.1 * stretch);
+        self.in_block += 1;
+        if self.in_block >= self.block {
+            self.in_block = 0;
+            self.end_block();
+        }
+        if self.lock == Lock::Locked && e.is_finite() {
+            e
+        } else {
+            y
+        }
+    }
+
+    /// Corrects amplitudes, phase and speed.
+    fn end_block(&mut self) {
+        self.filter.predict();
+        self.age = self.age.saturating_add(1);
+        let scale = T::from_f64(2.0) / T::from_u32(u32::from(self.block));
+        let (mut error, mut weight) = (T::ZERO, T::ZERO);
+        let (mut squares, mut powers) = (T::ZERO, T::ZERO);
+        let mut strong = 0;
+        let spacing = self.filter.omega / (T::from_f64(2.0) * T::PI);
+        let most = spacing.min(T::ONE);
+        let smooth = T::from_f64(1.0 / SMOOTH);
+        for line in &mut self.lines[..self.used.min(H)] {
+            let u = (line.sum.0 * scale, line.sum.1 * scale);
+            line.sum = u;
+            line.age = line.age.saturating_add(1);
+            let square = line.square();
+            if !(square > T::ZERO) {
+                continue;
+            }
+            let inverse = T::ONE / square;
+            let radial = (u.0 * line.c.0 + u.1 * line.c.1) * inverse.sqrt();
+            line.radial += smooth * (radial - line.radial);
+            if line.age < SPEAKING_AGE {
+                continue;
+            }
+            let kappa = Self::gain(line.age, most, self.kappa);
+            // What noise alone leaves of a line of no amplitude.
+            let floor = line.variance * kappa;
+            let above = square - floor;
+            if !(above > T::ZERO) || !(line.variance > T::ZERO) {
+                continue;
+            }
+            let n = T::from_u32(u32::from(line.multiple));
+            let per_noise = T::ONE / line.variance;
+            error += n * (u.1 * line.c.0 - u.0 * line.c.1) * per_noise;
+            weight += n * n * above * per_noise;
+            squares += n * n * above;
+            powers += above;
+            if square > floor * T::from_f64(STRONG) {
+                strong += 1;
+            }
+        }
+        let mut forward = T::ZERO;
+        if weight > T::ZERO {
+            error /= weight;
+            forward = self.filter.correct(error, T::ONE / weight);
+            self.square_multiple = squares / powers;
+        }
+        self.draw(most, error, weight, forward);
+        self.judge(strong);
+        if !self.filter.omega.is_finite() || !self.base.0.is_finite() {
+            self.reset();
+            self.lock = Lock::Lost;
+            return;
+        }
+        let (s, c) = forward.sin_cos();
+        let (x, y) = self.base;
+        self.base = (x * c - y * s, x * s + y * c);
+        self.choose();
+        self.steer();
+    }
+
+    /// Part of an error that a line of this age takes over.
+    fn gain(age: u16, most: T, least: T) -> T {
+        (T::ONE / T::from_u32(u32::from(age.max(1))))
+            .min(most)
+            .max(least)
+    }
+
+    /// Draws the amplitudes by what the phase does not explain, and learns how loud
+    /// the rest is at each line. `error` is the common phase error, of information
+    /// `weight`; `forward` is what the phase took of it.
+    fn draw(&mut self, most: T, error: T, weight: T, forward: T) {
+        let smooth = T::from_f64(1.0 / SMOOTH);
+        for line in &mut self.lines[..self.used.min(H)] {
+            let kappa = Self::gain(line.age, most, self.kappa);
+            let n = T::from_u32(u32::from(line.multiple));
+            let square = line.square();
+            if square > T::ZERO && line.age >= LEAST_AGE {
+                let length = square.sqrt();
+                let across = (line.sum.1 * line.c.0 - line.sum.0 * line.c.1) / length;
+                line.across += smooth * (across - n * error * length - line.across);
+                // The common error was fitted to this line too, by its part of the
+                // information.
+                let mut part = T::ONE;
+                if weight > T::ZERO && line.variance > T::ZERO {
+                    part = (n * n * square / (line.variance * weight)).min(T::ONE);
+                }
+                let free = T::from_f64(2.0) - part;
+                let errors = line.radial * line.radial + line.across * line.across;
+                let here = errors * T::from_f64(WHITE) / free;
+                let since = T::from_u32(u32::from(line.age - LEAST_AGE + 1));
+                let gain = T::ONE / since.min(T::from_f64(VARIANCE_BLOCKS));
+                line.variance += gain * (here - line.variance);
+            }
+            let turned = n * forward;
+            let u = (
+                line.sum.0 + turned * line.c.1,
+                line.sum.1 - turned * line.c.0,
+            );
+            line.sum = (T::ZERO, T::ZERO);
+            if u.0.is_finite() && u.1.is_finite() && line.variance.is_finite() {
+                line.c.0 += kappa * u.0;
+                line.c.1 += kappa * u.1;
+            } else {
+                *line = Line::new(line.multiple);
+            }
+        }
+    }
+
+    /// Locked, lost, or neither, by the lines that stand out.
+    fn judge(&mut self, strong: u32) {
+        let phase_sd = (self.filter.p.0 * self.square_multiple).sqrt();
+        let there = strong >= LEAST_STRONG.min(self.used as u32).max(1);
+        let per_block = T::from_u32(u32::from(self.block)) / self.fs;
+        let blocks = |s: f64| (T::from_f64(s) / per_block).to_f32() as u16;
+        let bad = !there || phase_sd > T::from_f64(LOST_RAD) || !phase_sd.is_finite();
+        self.bad_blocks = if bad {
+            self.bad_blocks.saturating_add(1)
+        } else {
+            0
+        };
+        match self.lock {
+            Lock::Searching => {
+                if there && self.age >= LOCK_AGE && phase_sd < T::from_f64(LOCKED_RAD) {
+                    self.lock = Lock::Locked;
+                } else if self.age > blocks(PATIENCE_S) {
+                    self.reset();
+                    self.lock = Lock::Lost;
+                }
+            }
+            Lock::Locked => {
+                if self.bad_blocks > blocks(LOST_S) {
+                    self.reset();
+                    self.lock = Lock::Lost;
+                }
+            }
+            Lock::Lost => {}
+        }
+    }
+
+    fn rad_per_block(&self) -> T {
+        T::from_f64(2.0) * T::PI * T::from_u32(u32::from(self.block)) / self.fs
+    }
+
+    fn steer(&mut self) {
+        let (s, c) = (self.filter.omega / T::from_u32(u32::from(self.block))).sin_cos();
+        self.turn = (c, s);
+    }
+
+    /// Lines that came into the band or left it.
+    fn choose(&mut self) {
+        let f = self.filter.omega / self.rad_per_block();
+        let chosen = self.choice.renew::<T, H>(f, self.band, self.used == 0);
+        let Some((chosen, used)) = chosen else {
+            return;
+        };
+        let old = self.lines;
+        let old = &old[..self.used.min(H)];
+        for (multiple, place) in chosen.iter().zip(&mut self.lines) {
+            let known = old.iter().find(|l| l.multiple == *multiple);
+            *place = known.copied().unwrap_or(Line::new(*multiple));
+        }
+        self.used = used;
+    }
+
+    /// What the lines hold.
+    pub fn lock(&self) -> Lock {
+        self.lock
+    }
+
+    /// Speed that is followed, Hz, and its standard deviation; none before a start and
+    /// when lost.
+    pub fn spindle_hz(&self) -> Option<(T, T)> {
+        let scale = self.rad_per_block();
+        let sd = self.filter.p.2.max(T::ZERO).sqrt();
+        self.running
+            .then(|| (self.filter.omega / scale, sd / scale))
+    }
+
+    /// Mean power removed, input units squared; none is removed unless locked.
+    pub fn power(&self) -> T {
+        self.lines()
+            .fold(T::ZERO, |sum, (_, a)| sum + a * a * T::from_f64(0.5))
+    }
+
+    /// Multiple and amplitude (peak, input units) of every line removed.
+    pub fn lines(&self) -> impl Iterator<Item = (u32, T)> + '_ {
+        let used = match self.lock {
+            Lock::Locked => self.used.min(H),
+            _ => 0,
+        };
+        let lines = self.lines[..used].iter();
+        lines.map(|l| (u32::from(l.multiple), l.square().sqrt()))
+    }
+
+    /// Amplitude of the line at this multiple, input units; none if none is removed
+    /// there.
+    pub fn amplitude(&self, multiple: u32) -> Option<T> {
+        let mut lines = self.lines();
+        lines.find(|(n, _)| *n == multiple).map(|(_, a)| a)
+    }
+
+    /// Half the width of the notch around each line, Hz: what lies d from it keeps
+    /// d/√(d² + notch²) of its amplitude. 1/(2π·τ), wider in the first τ.
+    pub fn notch_hz(&self) -> T {
+        let most = self.filter.omega / (T::from_f64(2.0) * T::PI);
+        let kappa = Self::gain(self.age, most.min(T::ONE), self.kappa);
+        kappa / self.rad_per_block()
+    }
+}
