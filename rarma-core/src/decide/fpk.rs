@@ -230,7 +230,7 @@ impl<T: Real> Fpk<T> {
         if !(sums.count > T::ZERO && sums.mean > T::ZERO) {
             return Sums::default();
         }
-        sums.mean = sums.mean / sums.count;
+        sums.mean /= sums.count;
         for k in which {
             let block = self.block(k);
             if block.count > 0 {
