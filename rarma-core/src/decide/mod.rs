@@ -7,6 +7,9 @@
 mod alarm;
 mod background;
 mod config;
+mod fpk;
+mod fpk_histogram;
+mod fpk_verdict;
 mod harmonics;
 mod level;
 mod mode;
@@ -19,6 +22,12 @@ pub use background::{Background, GROWN, Tone};
 pub use config::AlarmConfig;
 pub use harmonics::{
     HIGHEST_FLIP_HALVES, LEAST_WIDTH_HZ, Rotation, SPEED_ACCURACY, WIDEST_FRACTION,
+};
+pub use fpk::{Fpk, LEAST_DAMPING, MEMORY_S};
+pub use fpk_histogram::{BINS, BINS_REACH, DecreasingFit, Histogram};
+pub use fpk_verdict::{
+    Amplitude, AmplitudeReading, LEAST_EFFECTIVE, LIMIT_SCINTILLATION, SUSPICIOUS_SCINTILLATION,
+    critical_scintillation,
 };
 pub use level::{CONTRAST, CUT_RATIO, IdleFinder};
 pub use mode::{Label, Mode, ModeTrack, Reading};

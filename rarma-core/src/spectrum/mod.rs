@@ -5,6 +5,7 @@
 
 mod aberth;
 mod density;
+mod envelope;
 mod factors;
 mod isolate;
 mod lockin;
@@ -12,6 +13,9 @@ mod poles;
 mod stabilisation;
 
 pub use density::{model_density, welch_density, windowed_density};
+pub use envelope::{
+    ENVELOPE_FLOOR_HZ, ENVELOPE_WIDTHS, Envelope, envelope_corner, envelope_half_width,
+};
 pub use factors::{FactorTracker, Quadratic, Roots, Tracking};
 pub use isolate::isolate;
 pub use lockin::{LOCKIN_TAU_S, LockIn};

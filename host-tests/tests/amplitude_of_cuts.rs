@@ -1,0 +1,93 @@
+//! Promise: in virtual cuts the amplitude statistic confirms chatter and does not call
+//! a stable cut self-excited once the spindle's lines are out of its band.
+//!
+//! Tables: `cargo test --release -p host-tests --test amplitude_of_cuts -- --nocapture`.
+
+use hal_sim::plant::cut::VirtualCut;
+use hal_sim::plant::delay::DepthSearch;
+use hal_sim::plant::truth::{limit_of, roots};
+use host_tests::amplitude::{Heard, Listening, listen};
+use rarma_cli::ear;
+use rarma_cli::scenario;
+use rarma_core::decide::Amplitude;
+
+/// Memory, s, and length of each cut after it has settled, s.
+const MEMORY_S: f64 = 2.0;
+const SECONDS: f64 = 6.0;
+
+fn cut(name: &str, part: f64, remove_lines: bool) -> Heard {
+    let loaded = scenario::load(name, None).expect("a shipped scenario");
+    let process = &loaded.scenario.process;
+    let deepest = process.depth().largest();
+    let search = DepthSearch::between(0.02 * deepest, 10.0 * deepest);
+    let limit = limit_of(process, f64::INFINITY, &search).expect("a limit");
+    let played = ear::held(&loaded, process, part * limit.depth_m, SECONDS, 5);
+    let cut = VirtualCut::new(&played).expect("a cut");
+    let how = Listening {
+        fs_hz: cut.sample_rate_hz(),
+        band: ear::band(&loaded),
+        order: loaded.hints.order,
+        memory_s: MEMORY_S,
+        spindle_hz: (process.teeth() > 1).then(|| process.spindle_hz()),
+        remove_lines,
+    };
+    let samples: Vec<f64> = cut.map(|r| f64::from(r.value)).collect();
+    let heard = listen(&how, &samples);
+    let root = roots(process, 0.0, part * limit.depth_m, 1).expect("roots")[0];
+    let share = |v| 100.0 * heard.share(v);
+    println!(
+        "| {name} | {part} | {} | {:.1} | {:.3} | {:.1} | {:.3} | {:.3} | {:.0} | {:.1} | {:.0} / {:.0} / {:.0} / {:.0} / {:.0} |",
+        if remove_lines { "out" } else { "in" },
+        root.f_hz,
+        100.0 * root.zeta,
+        heard.mode.0,
+        100.0 * heard.mode.1,
+        heard.scintillation,
+        heard.last.effective,
+        heard.last.z,
+        share(Amplitude::Forced),
+        share(Amplitude::Suspicious),
+        share(Amplitude::SelfExcited),
+        share(Amplitude::NotStationary),
+        share(Amplitude::TooShort)
+    );
+    heard
+}
+
+#[test]
+fn stable_and_chattering_cuts() {
+    println!(
+        "| scenario | depth/limit | lines | root Hz | root ζ % | f read | ζ read % | S, median | N | z | forced / suspicious / self-excited / not stationary / too short, % |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    use Amplitude::{Forced, SelfExcited, TooShort};
+    for (name, milling) in [
+        ("turning-980", false),
+        ("two-tooth-benchmark", true),
+        ("three-mode-chatter", true),
+    ] {
+        for part in [0.5, 0.9, 1.1, 1.5] {
+            let heard = cut(name, part, milling);
+            if milling {
+                // For the table: what the spindle's lines change.
+                cut(name, part, false);
+            }
+            if part > 1.0 {
+                assert!(heard.share(SelfExcited) > 0.9, "{name} {part}");
+                assert!(heard.scintillation < 0.3, "{name} {part}");
+            } else {
+                let mistaken = heard.share(SelfExcited);
+                let most = if part > 0.8 { 0.35 } else { 0.02 };
+                assert!(mistaken <= most, "{name} {part}: {mistaken}");
+                assert!((0.55..1.35).contains(&heard.scintillation), "{name} {part}");
+                let linear = heard.share(Forced) + heard.share(TooShort);
+                assert!(linear > 0.4, "{name} {part}: {linear}");
+            }
+        }
+    }
+    // Not judged: at 7 revolutions a second the roots of the delay lie 7 Hz apart, and
+    // several of them are in the band of the one mode.
+    for part in [0.5, 0.9, 1.1, 1.5] {
+        cut("slender-bar", part, false);
+    }
+}
