@@ -4,8 +4,10 @@
 //! Nothing here is part of the product; the tests stand one file per promise in
 //! `tests/`.
 
+pub mod bars;
 pub mod bound;
 pub mod files;
+pub mod forced;
 pub mod health;
 pub mod hostile;
 pub mod modal_case;
@@ -14,3 +16,6 @@ pub mod process;
 pub mod resources;
 pub mod signal;
 pub mod statistics;
+pub mod stepping;
+pub mod threshold;
+pub mod watch;
