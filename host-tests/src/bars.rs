@@ -1,7 +1,7 @@
 //! The bars the verdict is judged by, and which of them this version misses.
 //!
 //! Every bar has a name. [`holds`] fails the test when a bar is missed, unless its
-//! name is among [`MISSED`]: those are known defects, printed loudly and not hidden.
+//! name is on the list of this file: those are known defects, printed and not hidden.
 //! A bar that is met for good leaves the list. `RARMA_HOLD_BARS=1` holds them all,
 //! `RARMA_HOLD_BARS=0` none: to see a whole table while the logic changes.
 

@@ -103,9 +103,9 @@ const CASES: [(&str, Case, f64); 7] = [
 
 fn table(signals: u64, seconds: f64) {
     println!(
-        "| {signals} signals of {seconds} s | with an alarm, and which | calls | in state chatter, s | reasons, most of the time |"
+        "| {signals} signals of {seconds} s | with an alarm, and which | calls | the first: Hz, in multiples of the spindle, s | in state chatter, s | reasons, most of the time |"
     );
-    println!("|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|");
     for (name, case, grace) in CASES {
         let runs = each((0..signals).collect(), |seed| listened(case, seed, seconds));
         // An alarm of the first second that still stands is one, too.
@@ -116,9 +116,17 @@ fn table(signals: u64, seconds: f64) {
             .iter()
             .map(|run| run.seconds(grace, seconds, |state, _| state == State::Chatter))
             .sum();
+        let first = with.iter().find_map(|&k| {
+            let call = runs[k].first(0.0, seconds, None)?;
+            let spindle_hz = drawn(case, k as u64, seconds).0.spindle_hz;
+            Some((call.f_hz, call.f_hz / spindle_hz, call.on_s))
+        });
         println!(
-            "| {name} | {} {with:?} | {alarms} | {chatter:.1} | {} |",
+            "| {name} | {} {with:?} | {alarms} | {} | {chatter:.1} | {} |",
             with.len(),
+            first.map_or("-".to_owned(), |(f, n, t)| format!(
+                "{f:.1} Hz, {n:.2}, {t:.2} s"
+            )),
             said(&runs, grace, seconds)
         );
         holds(
