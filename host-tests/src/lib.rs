@@ -5,8 +5,10 @@
 //! `tests/`.
 
 pub mod amplitude;
+pub mod bars;
 pub mod bound;
 pub mod files;
+pub mod forced;
 pub mod health;
 pub mod hostile;
 pub mod modal_case;
@@ -15,3 +17,6 @@ pub mod process;
 pub mod resources;
 pub mod signal;
 pub mod statistics;
+pub mod stepping;
+pub mod threshold;
+pub mod watch;

@@ -20,14 +20,14 @@ mod sequential;
 pub use alarm::{Alarm, AlarmEvent, ESTABLISHED_S, Reason, Standing, State};
 pub use background::{Background, GROWN, Tone};
 pub use config::AlarmConfig;
-pub use harmonics::{
-    HIGHEST_FLIP_HALVES, LEAST_WIDTH_HZ, Rotation, SPEED_ACCURACY, WIDEST_FRACTION,
-};
 pub use fpk::{Fpk, LEAST_DAMPING, MEMORY_S};
 pub use fpk_histogram::{BINS, BINS_REACH, DecreasingFit, Histogram};
 pub use fpk_verdict::{
     Amplitude, AmplitudeReading, LEAST_EFFECTIVE, LIMIT_SCINTILLATION, SUSPICIOUS_SCINTILLATION,
     critical_scintillation,
+};
+pub use harmonics::{
+    HIGHEST_FLIP_HALVES, LEAST_WIDTH_HZ, Rotation, SPEED_ACCURACY, WIDEST_FRACTION,
 };
 pub use level::{CONTRAST, CUT_RATIO, IdleFinder};
 pub use mode::{Label, Mode, ModeTrack, Reading};
