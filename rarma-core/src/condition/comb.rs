@@ -47,6 +47,12 @@ const LN_FACTORIAL: [f32; MOST_PEAKS + 1] = [
     51.606_676,
     54.784_73,
 ];
+/// The strongest line may lie this part of a spacing beside a multiple by the distances
+/// of its neighbours.
+const OFF_ORIGIN: f64 = 0.15;
+/// Cutters have no more teeth than this; a strongest line of a higher number that is
+/// no multiple of the teeth is not theirs.
+const MOST_TEETH: u32 = 12;
 /// Multiples of a spacing are split into this many parts at the most.
 const MOST_PARTS: u32 = 8;
 /// The lines between must be this unlikely to be there by chance for the spacing to
@@ -276,6 +282,76 @@ impl<T: Real> Peaks<T> {
         let taken = off_sum * off_sum / m + slope * slope * spread;
         let left = (off_square - taken).max(T::ZERO) / (m - T::from_f64(2.0));
         scatter < T::from_f64(WIDEST_SCATTER_BINS) && taken < left * T::from_f64(OFFSET_RATIO)
+    }
+
+    /// Whether the lines around the strongest one have the spacing by themselves: their
+    /// distances from it give one without any origin, and it must put the strongest on
+    /// a multiple. Sidebands of a chatter lie a turn apart, but beside the multiples.
+    pub fn agrees_with_distances(&self, score: &Score<T>) -> bool {
+        let Some(strongest) = self.as_slice().first() else {
+            return true;
+        };
+        let Some(n0) = Self::multiple(strongest, score.spacing) else {
+            return true;
+        };
+        let (mut df, mut dd, mut count) = (T::ZERO, T::ZERO, 0u32);
+        let near = |peak: &Peak<T>| {
+            let dn = Self::multiple(peak, score.spacing)? - n0;
+            (dn != T::ZERO && dn.abs() * T::from_f64(3.0) <= n0).then_some(dn)
+        };
+        for peak in self.as_slice() {
+            if let Some(dn) = near(peak) {
+                df += dn * (peak.bin - strongest.bin);
+                dd += dn * dn;
+                count += 1;
+            }
+        }
+        if count < 3 {
+            return true;
+        }
+        let spacing = df / dd;
+        let mut squares = T::ZERO;
+        for peak in self.as_slice() {
+            if let Some(dn) = near(peak) {
+                let off = peak.bin - strongest.bin - dn * spacing;
+                squares += off * off;
+            }
+        }
+        let least = T::from_f64(LEAST_ERROR_BINS);
+        let sd = (squares / T::from_u32(count)).sqrt().max(least) / dd.sqrt();
+        let off = (strongest.bin - n0 * spacing).abs();
+        off < (n0 * sd * T::from_f64(3.0)).max(spacing * T::from_f64(OFF_ORIGIN))
+    }
+
+    /// Whether the spacing rests on the overtones of the strongest peak alone: that peak
+    /// is a hit whose number is no plausible one of teeth, nor a multiple of `teeth`,
+    /// and without the hits on multiples of it what is left is no comb against chance
+    /// `ln_least`. A loud chatter with its overtones fits some speed near any told one.
+    pub fn rests_on_overtones(&self, score: &Score<T>, teeth: Option<u32>, ln_least: T) -> bool {
+        let Some(strongest) = self.as_slice().first() else {
+            return false;
+        };
+        let Some(n) = Self::multiple(strongest, score.spacing) else {
+            return false;
+        };
+        let n = n.to_f32() as u32;
+        let of_teeth = teeth.is_some_and(|z| z > 0 && n.is_multiple_of(z));
+        if n <= MOST_TEETH || of_teeth {
+            return false;
+        }
+        let p = (T::from_f64(2.0 * TOLERANCE_BINS) / score.spacing).min(T::from_f64(0.9));
+        let (mut others, mut hits) = (0usize, 0usize);
+        for peak in self.as_slice() {
+            // Overtones lie where the strongest says, to as many times its error.
+            let times = (peak.bin / strongest.bin).round();
+            let off = (peak.bin - times * strongest.bin).abs();
+            if times >= T::ONE && off <= T::from_f64(TOLERANCE_BINS) * times {
+                continue;
+            }
+            others += 1;
+            hits += usize::from(Self::multiple(peak, score.spacing).is_some());
+        }
+        ln_choose::<T>(others, hits) + T::from_u32(hits as u32) * p.ln() > ln_least
     }
 
     /// The largest part of `score`'s spacing whose multiples explain peaks that those

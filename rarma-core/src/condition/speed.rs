@@ -400,7 +400,13 @@ impl<T: Real> SpeedFinder<T> {
         }
         let tried = T::from_u32(self.tried.max(1)).ln();
         let least = T::from_f64(CHANCE_TOLD).ln();
-        if let Some(best) = self.best.filter(|b| b.ln_chance + tried < least) {
+        let teeth = self.teeth;
+        let proven = |best: &Score<T>| {
+            best.ln_chance + tried < least
+                && !self.peaks.rests_on_overtones(best, teeth, least)
+                && self.peaks.agrees_with_distances(best)
+        };
+        if let Some(best) = self.best.filter(proven) {
             let comb = self.comb(&best, tried);
             return Some(self.answer(Finding::Found(comb)));
         }
@@ -419,7 +425,9 @@ impl<T: Real> SpeedFinder<T> {
             if Peaks::is_comb(&score) {
                 // Spacings at least as wide that were or will be tried.
                 score.ln_chance += self.wider(spacing);
-                if self.better(&score) && self.peaks.through_origin(&score) {
+                let whole =
+                    self.peaks.through_origin(&score) && self.peaks.agrees_with_distances(&score);
+                if self.better(&score) && whole {
                     self.best = Some(score);
                 }
             }

@@ -340,7 +340,7 @@ impl<T: Real> Alarm<T> {
             let undamped = c.undamped((mode.damping, mode.damping_sd));
             forced |= mode.label == Label::Forced && undamped;
             losing |= mode.label != Label::Forced
-                && c.loud(mode.share)
+                && c.loud(mode.share, mode.share_of_all)
                 && mode.damping < c.threshold * c.release_ratio
                 && mode.time_left_s.is_some_and(|left| left < c.warn_ahead_s);
         }

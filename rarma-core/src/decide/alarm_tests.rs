@@ -25,6 +25,7 @@ impl Bench {
             damping: (damping, 0.001),
             amplitude,
             share,
+            share_of_all: share,
             origin: Origin::Free,
             harmonic: None,
             in_band: true,

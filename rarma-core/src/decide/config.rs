@@ -13,6 +13,9 @@ pub struct AlarmConfig<T> {
     pub release_ratio: T,
     /// Least part of the band's power at the mode, 0..=1, default 0.25.
     pub loud_share: T,
+    /// Least part of all of the band's power, the spindle's lines included, at the
+    /// mode, 0..=1, default 0.005: what is 23 dB below the cut marks no surface.
+    pub loud_of_all: T,
     /// Undamped (for certain, by a standard deviation) and loud for this long is
     /// chatter, s; longer where it is less certain. Default 0.06.
     pub confirm_s: T,
@@ -32,6 +35,7 @@ impl<T: Real> Default for AlarmConfig<T> {
             threshold: T::from_f64(0.01),
             release_ratio: T::from_f64(4.0),
             loud_share: T::from_f64(0.25),
+            loud_of_all: T::from_f64(0.005),
             confirm_s: T::from_f64(0.06),
             release_s: T::from_f64(0.15),
             gone_ratio: T::from_f64(0.2),
@@ -82,8 +86,9 @@ impl<T: Real> AlarmConfig<T> {
         damping.0 - damping.1 < self.threshold * T::from_f64(2.0)
     }
 
-    /// The mode holds enough of the band's power.
-    pub fn loud(&self, share: T) -> bool {
-        share >= self.loud_share
+    /// The mode holds enough of the band's power: of what nothing else explains, and of
+    /// all.
+    pub fn loud(&self, share: T, share_of_all: T) -> bool {
+        share >= self.loud_share && share_of_all >= self.loud_of_all
     }
 }

@@ -14,8 +14,10 @@ pub struct Rotation<T> {
     pub spindle_hz: Option<T>,
     /// Teeth on the cutter, where they are known.
     pub teeth: Option<u32>,
-    /// How far the speed may be off just now, as a part of it, beyond
-    /// [`SPEED_ACCURACY`].
+    /// How well the speed is known, as a part of it: [`SPEED_ACCURACY`] for one that
+    /// was told.
+    pub accuracy: T,
+    /// How far it may be off just now, as a part of it.
     pub doubt: T,
 }
 
@@ -36,7 +38,7 @@ impl<T: Real> Rotation<T> {
     /// Hz) sits on, if it does.
     ///
     /// Half-width: the largest of two standard deviations, [`LEAST_WIDTH_HZ`] and
-    /// [`SPEED_ACCURACY`]·f, but at most [`WIDEST_FRACTION`] of the spacing; or the
+    /// accuracy·f, but at most [`WIDEST_FRACTION`] of the spacing; or the
     /// doubt about the speed, up to half the spacing.
     pub fn harmonic(&self, f: T, f_sd: T) -> Option<u32> {
         let spindle = self.spindle_hz?;
@@ -55,7 +57,7 @@ impl<T: Real> Rotation<T> {
         };
         let width = spread
             .max(T::from_f64(LEAST_WIDTH_HZ))
-            .max(f * T::from_f64(SPEED_ACCURACY))
+            .max(f * self.accuracy)
             .min(spindle * T::from_f64(WIDEST_FRACTION))
             .max((f * self.doubt).min(spindle * T::from_f64(0.5)));
         ((ratio - nearest).abs() * spindle <= width).then(|| nearest.to_f32() as u32)
@@ -97,6 +99,7 @@ mod tests {
     fn multiples_are_found_and_others_are_not() {
         let r = Rotation {
             spindle_hz: Some(27.6f32),
+            accuracy: SPEED_ACCURACY as f32,
             ..Rotation::default()
         };
         assert_eq!(r.harmonic(165.6, 0.1), Some(6));

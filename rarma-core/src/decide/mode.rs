@@ -36,6 +36,8 @@ pub struct Mode<T> {
     /// Part of the band's power, less what is explained, that is at the mode, 0 to
     /// about 1; 0 for a mode that is explained.
     pub share: T,
+    /// Part of all of the band's power, the spindle's lines included.
+    pub share_of_all: T,
     /// Change of ζ per second; negative while stability is being lost.
     pub gradient: T,
     /// Time until ζ reaches zero at that rate, s, where the rate is certain by two
@@ -64,6 +66,8 @@ pub struct Reading<T> {
     pub amplitude: T,
     /// Part of the band's power less what is explained.
     pub share: T,
+    /// Part of all of the band's power.
+    pub share_of_all: T,
     /// What else explains a line there.
     pub origin: Origin,
     /// Multiple of the spindle frequency.
@@ -81,6 +85,7 @@ pub struct Reading<T> {
 pub struct ModeTrack<T> {
     frequency: T,
     smooth_damping: Option<(T, T)>,
+    smooth_frequency: Option<(T, T)>,
     undamped_s: T,
     excused: (Origin, T),
     rotation_s: T,
@@ -91,6 +96,7 @@ impl<T: Real> Default for ModeTrack<T> {
         Self {
             frequency: T::ZERO,
             smooth_damping: None,
+            smooth_frequency: None,
             undamped_s: T::ZERO,
             excused: (Origin::Free, T::ZERO),
             rotation_s: T::ZERO,
@@ -100,6 +106,10 @@ impl<T: Real> Default for ModeTrack<T> {
 
 /// Each of two smoothings of ζ, whose difference is its gradient, s.
 const GRADIENT_TAU_S: f64 = 0.1;
+/// Each of two smoothings of the frequency, s, and the change per second, as a part of
+/// it, above which a line is no chatter: that is bound to the structure. Seen at the
+/// onset of chatter: 9 % per second.
+const MOVING: (f64, f64) = (0.03, 0.2);
 /// sd of the gradient over that of a reading, 1/s: √(τ_r/2τ)/τ for readings that are
 /// correlated over τ_r = 0.1 s, the estimator's usual memory.
 const GRADIENT_NOISE: f64 = 7.07;
@@ -136,7 +146,7 @@ impl<T: Real> ModeTrack<T> {
         period_s: T,
     ) -> Mode<T> {
         let undamped = config.undamped(reading.damping);
-        let loud = config.loud(reading.share);
+        let loud = config.loud(reading.share, reading.share_of_all);
         let (damping, damping_sd) = reading.damping;
         self.remember_damping(damping, period_s);
         let (gradient, time_left_s) = self.outlook(damping_sd);
@@ -144,7 +154,8 @@ impl<T: Real> ModeTrack<T> {
 
         // Suspicion grows as fast as the reading is sure, and goes as fast as it came:
         // one bad reading does not clear it.
-        let credible = loud && reading.in_band;
+        let moving = self.is_moving(reading.frequency.0, period_s);
+        let credible = loud && reading.in_band && !moving;
         let evidence = if credible {
             config.evidence(reading.damping)
         } else {
@@ -178,6 +189,7 @@ impl<T: Real> ModeTrack<T> {
             damping_sd,
             amplitude: reading.amplitude,
             share: reading.share,
+            share_of_all: reading.share_of_all,
             gradient,
             time_left_s,
             label: if origin.explains() && lightly_damped {
@@ -196,6 +208,17 @@ impl<T: Real> ModeTrack<T> {
             suspicion,
             evidence: reading.evidence,
         }
+    }
+
+    /// The line moves too fast for one that is bound to the structure.
+    fn is_moving(&mut self, frequency: T, period_s: T) -> bool {
+        let (tau_s, most) = MOVING;
+        let gain = (period_s / T::from_f64(tau_s)).min(T::ONE);
+        let (first, second) = self.smooth_frequency.unwrap_or((frequency, frequency));
+        let first = first + gain * (frequency - first);
+        let second = second + gain * (first - second);
+        self.smooth_frequency = Some((first, second));
+        (first - second).abs() > frequency * T::from_f64(tau_s * most)
     }
 
     /// Smooths the readings twice, for their gradient.

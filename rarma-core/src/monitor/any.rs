@@ -44,6 +44,13 @@ macro_rules! any_monitor {
                 }
             }
 
+            /// See [`Monitor::pulse`].
+            pub fn pulse(&mut self, fraction: T) {
+                match self {
+                    $(Self::$variant(m) => m.pulse(fraction),)*
+                }
+            }
+
             /// See [`Monitor::health`].
             pub fn health(&self) -> HealthCounts {
                 match self {

@@ -23,6 +23,9 @@ pub struct MonitorConfig {
     pub spindle_hz: Option<f64>,
     /// Teeth on the cutter, where they are known.
     pub teeth: Option<u32>,
+    /// Pulses a turn of a tacho whose pulses are told by `Monitor::pulse`, 1..=100, where
+    /// there is one. Its speed goes before the setting.
+    pub tacho_pulses: Option<u32>,
     /// Damping ratio below which a mode counts as undamped, 0.0005..=0.2,
     /// default 0.01.
     pub threshold: f64,
@@ -53,6 +56,8 @@ pub enum MonitorError {
     Spindle,
     /// Teeth must be 1..=1000.
     Teeth,
+    /// Tacho pulses a turn must be 1..=100.
+    Tacho,
     /// The idle stretch must start at 0 or later and end after it starts.
     Idle,
     /// The memory must lie in 0.001..=100 s.
@@ -73,6 +78,7 @@ impl MonitorConfig {
             order: Order::O87,
             spindle_hz: None,
             teeth: None,
+            tacho_pulses: None,
             threshold: 0.01,
             idle_s: None,
             memory_s: 0.1,
@@ -101,6 +107,9 @@ impl MonitorConfig {
         }
         if self.teeth.is_some_and(|z| !(1..=1000).contains(&z)) {
             return Err(MonitorError::Teeth);
+        }
+        if self.tacho_pulses.is_some_and(|n| !(1..=100).contains(&n)) {
+            return Err(MonitorError::Tacho);
         }
         if self
             .idle_s

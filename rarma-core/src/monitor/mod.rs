@@ -8,18 +8,21 @@ mod any;
 mod config;
 mod report;
 mod slot;
+mod spindle;
 mod verdict;
 
 pub use any::AnyMonitor;
 pub use config::{DECISION_PERIOD_S, LEAST_MEMORY, MonitorConfig, MonitorError};
 pub use report::{MAX_MODES, Report};
+pub use spindle::{SpeedSource, SpindleReport};
 
 use crate::condition::{Band, BandFilter, Fault, Health, HealthCounts};
-use crate::decide::{Alarm, Background, IdleFinder, Places, Rotation};
+use crate::decide::{Alarm, Background, IdleFinder, Places};
 use crate::estimate::{RecursiveArma, Status};
 use crate::real::Real;
 use crate::spectrum::{FactorTracker, Tracking, isolate};
 use slot::{Gains, Slot};
+use spindle::Spindle;
 
 /// Smoothing of the band's power, s.
 const POWER_TAU_S: f64 = 0.03;
@@ -48,13 +51,15 @@ pub struct Monitor<T, const P: usize, const Q: usize, const N: usize> {
     background: Background<T>,
     places: Places<T>,
     alarm: Alarm<T>,
-    rotation: Rotation<T>,
+    spindle: Spindle<T>,
     band: (T, T),
     idle_samples: Option<(u64, u64)>,
     input_fs: T,
     fs: T,
     gains: Gains<T>,
+    /// Mean square of the band, and of what is left of it without the spindle's lines.
     power: T,
+    rest_power: T,
     power_gain: T,
     samples: u64,
     until_decision: u32,
@@ -63,7 +68,6 @@ pub struct Monitor<T, const P: usize, const Q: usize, const N: usize> {
     lost: bool,
     lost_s: T,
     fault_s: T,
-    entering_s: T,
 }
 
 impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N> {
@@ -89,11 +93,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             background: Background::default(),
             places: Places::default(),
             alarm: Alarm::new(config.alarm()),
-            rotation: Rotation {
-                spindle_hz: config.spindle_hz.map(T::from_f64),
-                teeth: config.teeth,
-                doubt: T::ZERO,
-            },
+            spindle: Spindle::new(config, fs),
             band: (T::from_f64(band.low_hz), T::from_f64(band.high_hz)),
             idle_samples: config.idle_s.map(|(from, to)| {
                 let sample = |t: f64| (t * config.fs_hz) as u64;
@@ -103,6 +103,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             fs: T::from_f64(fs),
             gains: Gains::new(fs),
             power: T::ZERO,
+            rest_power: T::ZERO,
             power_gain: T::from_f64((1.0 / (POWER_TAU_S * fs)).min(1.0)),
             samples: 0,
             until_decision: decision_every,
@@ -111,7 +112,6 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             lost: true,
             lost_s: T::from_f64(verdict::LOST_HOLD_S),
             fault_s: T::ZERO,
-            entering_s: T::ZERO,
         })
     }
 
@@ -138,6 +138,11 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
         self.health.missing(samples);
     }
 
+    /// A tacho pulse has just come, `fraction` of a sample before the newest sample.
+    pub fn pulse(&mut self, fraction: T) {
+        self.spindle.pulse(self.samples, fraction);
+    }
+
     /// Counts of bad samples since the start.
     pub fn health(&self) -> HealthCounts {
         self.health.counts()
@@ -162,6 +167,9 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
     /// A new model, new roots, and the loudness at each mode.
     #[inline(always)]
     fn listen(&mut self, y: T) {
+        self.power += self.power_gain * (y * y - self.power);
+        let y = self.spindle.process(y);
+        self.rest_power += self.power_gain * (y * y - self.rest_power);
         let step = self.model.update(y);
         match step.status {
             Status::Rejected => {}
@@ -172,7 +180,6 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             }
             _ => self.lost = self.roots.track(self.model.a()) == Tracking::Searching,
         }
-        self.power += self.power_gain * (y * y - self.power);
         let a = self.model.a();
         let filtered = self.model.filtered_outputs();
         for (slot, factor) in self.slots.iter_mut().zip(self.roots.factors(P)) {

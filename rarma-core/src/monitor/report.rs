@@ -1,5 +1,6 @@
 //! What a monitor says at each decision.
 
+use super::spindle::SpindleReport;
 use crate::decide::{AlarmEvent, Label, Mode, Reason, Standing, State};
 use crate::real::Real;
 
@@ -21,6 +22,8 @@ pub struct Report<T> {
     pub level: T,
     /// Modes sorted by frequency; none fill up the end.
     pub modes: [Option<Mode<T>>; MAX_MODES],
+    /// What is known of the spindle.
+    pub spindle: SpindleReport<T>,
     /// The alarm that stands: mean frequency (Hz) and lowest damping so far.
     pub standing: Option<(T, T)>,
 }
@@ -34,6 +37,7 @@ impl<T: Real> Report<T> {
         event: AlarmEvent<T>,
         level: T,
         modes: &[Option<Mode<T>>; MAX_MODES],
+        spindle: SpindleReport<T>,
         standing: Option<&Standing<T>>,
     ) -> Self {
         let mut sorted: [Option<Mode<T>>; MAX_MODES] = [None; MAX_MODES];
@@ -62,6 +66,7 @@ impl<T: Real> Report<T> {
             event,
             level,
             modes: sorted,
+            spindle,
             standing: standing.map(|s| (s.frequency, s.lowest_damping)),
         }
     }

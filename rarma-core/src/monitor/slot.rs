@@ -116,6 +116,7 @@ impl<T: Real> Slot<T> {
             damping: (modal.damping, sd.damping),
             amplitude: self.at.amplitude(),
             share: T::ZERO,
+            share_of_all: T::ZERO,
             origin: self.origin(frequency, sd.frequency, harmonic, around),
             harmonic,
             in_band: frequency >= around.band.0 && frequency <= around.band.1,

@@ -16,11 +16,6 @@ pub(super) const LOST_HOLD_S: f64 = 0.1;
 const ALARM_HOLD_S: f64 = 1.0;
 /// The level means something from here on, s.
 const SETTLED_S: f64 = 0.2;
-/// After the level has risen from idle to a cut the speed is in doubt for this long, s,
-/// by this part of it: a spindle that is loaded dips by up to 1 % and is back after half
-/// a second.
-const ENTERING_S: f64 = 0.6;
-const ENTERING_DOUBT: f64 = 0.013;
 
 impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N> {
     /// Reads the modes and judges them.
@@ -46,7 +41,9 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
         let cutting = self
             .idle
             .update(level, told_idle, settled && self.trusts_samples());
-        self.enter(cutting && !was_in_cut && self.idle.idle_level().is_some());
+        let begins = cutting && !was_in_cut && self.idle.idle_level().is_some();
+        self.spindle
+            .decide(self.samples, cutting, begins, self.period_s);
 
         let mut modes = [None; MAX_MODES];
         if ready {
@@ -90,22 +87,9 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             event,
             level,
             &modes,
+            self.spindle.report(),
             self.alarm.standing(),
         )
-    }
-
-    /// A cut that begins puts the speed in doubt for a while.
-    fn enter(&mut self, begins: bool) {
-        self.entering_s = if begins {
-            T::from_f64(ENTERING_S)
-        } else {
-            (self.entering_s - self.period_s).max(T::ZERO)
-        };
-        self.rotation.doubt = if self.entering_s > T::ZERO {
-            T::from_f64(ENTERING_DOUBT)
-        } else {
-            T::ZERO
-        };
     }
 
     /// What rings at idle is not the cut.
@@ -168,12 +152,12 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             let around = Surroundings {
                 fs: self.fs,
                 band: self.band,
-                rotation: self.rotation,
+                rotation: self.spindle.rotation(),
                 background: &self.background,
                 places: &self.places,
                 config: self.alarm.config(),
                 idle_known: self.idle.idle_level().is_some(),
-                power: self.power,
+                power: self.rest_power,
             };
             slot.read(&modal, &sd, &around)
         })
@@ -195,11 +179,14 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             let Some((reading, here)) = reading else {
                 continue;
             };
-            let rest = (self.power - explained)
-                .max(self.power * T::from_f64(LEAST_REST))
+            let rest = (self.rest_power - explained)
+                .max(self.rest_power * T::from_f64(LEAST_REST))
                 .max(*here);
             if rest > T::ZERO && !reading.origin.explains() {
                 reading.share = *here / rest;
+            }
+            if self.power > T::ZERO {
+                reading.share_of_all = *here / self.power;
             }
             let ((f, _), (zeta, _)) = (reading.frequency, reading.damping);
             self.places

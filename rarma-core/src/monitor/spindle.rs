@@ -1,0 +1,268 @@
+//! What is known of the spindle: its speed, whoever says it, and its lines.
+//!
+//! Rate: `process` once a decimated sample, the rest at the decision rate. In order of
+//! trust: a tacho; the lines in the sound at, or near, the speed that was told; lines in
+//! the sound that nobody told of; the told speed itself.
+
+use super::MonitorConfig;
+use crate::condition::{
+    Finding, Lock, SpeedFinder, SpeedFinderConfig, SpindleLines, SpindleLinesConfig, Tacho,
+    TachoConfig, TachoFault,
+};
+use crate::decide::{Rotation, SPEED_ACCURACY};
+use crate::real::Real;
+use serde::{Deserialize, Serialize};
+
+/// Lines that are removed at most.
+const LINES: usize = 32;
+/// A speed that was found is believed for this long without being heard again, s.
+const FOUND_HOLD_S: f64 = 3.0;
+/// After the level has risen from idle to a cut the speed is in doubt for this long, s,
+/// by this part of it: a spindle that is loaded dips by up to 1 % and is back after half
+/// a second.
+const ENTERING: (f64, f64) = (0.6, 0.013);
+/// A told speed that the sound has not confirmed is in doubt for this long of cutting,
+/// s, by this part of it: a mill told 4500 rpm turned at 4577.
+const UNCONFIRMED: (f64, f64) = (0.8, 0.02);
+/// What a speed read off lines or a tacho is taken for at best, as a part of it, and
+/// the standard deviations that stand for its width.
+const READ_ACCURACY: f64 = 3e-4;
+const READ_WIDTH: f64 = 3.0;
+
+/// Who says the speed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum SpeedSource {
+    /// Nobody.
+    #[default]
+    Unknown,
+    /// The setting.
+    Told,
+    /// The lines in the sound.
+    Sound,
+    /// The tacho.
+    Tacho,
+}
+
+/// What the monitor knows of the spindle at a decision.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SpindleReport<T> {
+    /// Rotations per second, Hz; where nobody told the speed, this may be the frequency
+    /// of the teeth.
+    pub spindle_hz: Option<T>,
+    /// Who says so.
+    pub source: SpeedSource,
+    /// The lines are being removed.
+    pub locked: bool,
+    /// Power removed, input units squared.
+    pub removed_power: T,
+    /// Half-width of the notch around each removed line, Hz: nothing can be heard there.
+    pub notch_hz: T,
+    /// The sound contradicts the told speed: told and found, Hz.
+    pub contradiction: Option<(T, T)>,
+    /// What is wrong with the tacho.
+    pub tacho_fault: Option<TachoFault>,
+}
+
+/// The spindle of one monitor.
+#[derive(Debug, Clone)]
+pub(super) struct Spindle<T> {
+    finder: Option<SpeedFinder<T>>,
+    lines: Option<SpindleLines<T, LINES>>,
+    tacho: Option<Tacho<T>>,
+    told: Option<T>,
+    teeth: Option<u32>,
+    /// Speed and its deviation as found in the sound, and how long ago, s.
+    found: Option<((T, T), T)>,
+    contradiction: Option<(T, T)>,
+    tacho_reading: Option<(T, T)>,
+    tacho_fault: Option<TachoFault>,
+    entering_s: T,
+    unconfirmed_s: T,
+}
+
+impl<T: Real> Spindle<T> {
+    /// For decimated samples of rate `fs`. A rate that is too low for lines has none.
+    pub(super) fn new(config: &MonitorConfig, fs: f64) -> Self {
+        let band = config.band();
+        let told = config.spindle_hz;
+        // The teeth belong to the told speed; a comb found blindly may be theirs.
+        let teeth = config.teeth.filter(|_| told.is_some());
+        let find = |told_hz| {
+            SpeedFinder::new(&SpeedFinderConfig {
+                fs_hz: fs,
+                band,
+                told_hz,
+                teeth,
+            })
+            .ok()
+        };
+        Self {
+            finder: find(told).or_else(|| find(None)),
+            lines: SpindleLines::new(&SpindleLinesConfig {
+                teeth,
+                ..SpindleLinesConfig::new(fs, band)
+            })
+            .ok(),
+            tacho: config.tacho_pulses.and_then(|pulses| {
+                Tacho::new(&TachoConfig {
+                    pulses_per_turn: pulses,
+                    ..TachoConfig::new(config.fs_hz)
+                })
+                .ok()
+            }),
+            told: told.map(T::from_f64),
+            teeth,
+            found: None,
+            contradiction: None,
+            tacho_reading: None,
+            tacho_fault: None,
+            entering_s: T::ZERO,
+            unconfirmed_s: if told.is_some() {
+                T::from_f64(UNCONFIRMED.0)
+            } else {
+                T::ZERO
+            },
+        }
+    }
+
+    /// A tacho pulse, `fraction` of a sample before input sample `sample`.
+    pub(super) fn pulse(&mut self, sample: u64, fraction: T) {
+        if let Some(tacho) = &mut self.tacho {
+            tacho.pulse(sample, fraction);
+        }
+    }
+
+    /// Takes a decimated sample; gives what the rotation does not force.
+    #[inline(always)]
+    pub(super) fn process(&mut self, y: T) -> T {
+        if let Some(finding) = self.finder.as_mut().and_then(|finder| finder.push(y)) {
+            self.take(finding);
+        }
+        match &mut self.lines {
+            Some(lines) => lines.process(y),
+            None => y,
+        }
+    }
+
+    fn take(&mut self, finding: Finding<T>) {
+        let (speed, sd) = match finding {
+            Finding::NotEstimable => return,
+            Finding::Found(comb) => {
+                self.contradiction = None;
+                self.unconfirmed_s = T::ZERO;
+                (comb.spacing_hz, comb.sd_hz)
+            }
+            Finding::Contradiction { told_hz, found_hz } => {
+                self.contradiction = Some((told_hz, found_hz));
+                (found_hz, found_hz * T::from_f64(SPEED_ACCURACY))
+            }
+        };
+        self.found = Some(((speed, sd), T::ZERO));
+        if let Some(lines) = &mut self.lines
+            && lines.lock() != Lock::Locked
+            && self.tacho_reading.is_none()
+        {
+            lines.start(speed, sd);
+        }
+    }
+
+    /// A decision: time passes; `begins` says that a cut has just begun.
+    pub(super) fn decide(&mut self, now: u64, cutting: bool, begins: bool, period_s: T) {
+        self.entering_s = if begins {
+            T::from_f64(ENTERING.0)
+        } else {
+            (self.entering_s - period_s).max(T::ZERO)
+        };
+        if cutting {
+            self.unconfirmed_s = (self.unconfirmed_s - period_s).max(T::ZERO);
+        }
+        self.found = self
+            .found
+            .map(|(speed, age_s)| (speed, age_s + period_s))
+            .filter(|(_, age_s)| *age_s < T::from_f64(FOUND_HOLD_S));
+        self.read_tacho(now);
+    }
+
+    /// A tacho leads the lines.
+    fn read_tacho(&mut self, now: u64) {
+        let Some(tacho) = &self.tacho else { return };
+        let reading = tacho.read(now);
+        self.tacho_fault = reading.fault;
+        self.tacho_reading = reading.spindle_hz;
+        let (Some(lines), Some((speed, sd))) = (&mut self.lines, reading.spindle_hz) else {
+            return;
+        };
+        let followed = lines
+            .spindle_hz()
+            .filter(|(there, _)| (*there - speed).abs() < speed * T::from_f64(UNCONFIRMED.1));
+        match followed {
+            Some(_) => lines.measure_speed(speed, sd),
+            None => lines.start(speed, sd),
+        }
+    }
+
+    /// The lines are there and are removed.
+    fn locked(&self) -> Option<(T, T)> {
+        let lines = self.lines.as_ref()?;
+        (lines.lock() == Lock::Locked)
+            .then(|| lines.spindle_hz())
+            .flatten()
+    }
+
+    /// The speed in use: its value, its relative uncertainty, who says so.
+    fn speed(&self) -> Option<(T, T, SpeedSource)> {
+        let read = |(speed, sd): (T, T), source| {
+            let width = (sd * T::from_f64(READ_WIDTH) / speed).max(T::from_f64(READ_ACCURACY));
+            (speed, width, source)
+        };
+        if let Some(tacho) = self.tacho_reading {
+            return Some(read(tacho, SpeedSource::Tacho));
+        }
+        if let Some(locked) = self.locked() {
+            return Some(read(locked, SpeedSource::Sound));
+        }
+        if let Some((found, _)) = self.found {
+            let (speed, width, source) = read(found, SpeedSource::Sound);
+            return Some((speed, width.max(T::from_f64(SPEED_ACCURACY)), source));
+        }
+        self.told
+            .map(|told| (told, T::from_f64(SPEED_ACCURACY), SpeedSource::Told))
+    }
+
+    /// The multiples that count as forced now.
+    pub(super) fn rotation(&self) -> Rotation<T> {
+        let Some((speed, width, source)) = self.speed() else {
+            return Rotation::default();
+        };
+        let entering = self.entering_s > T::ZERO && source != SpeedSource::Tacho;
+        let unconfirmed = self.unconfirmed_s > T::ZERO && source == SpeedSource::Told;
+        let doubt = match (entering, unconfirmed) {
+            (_, true) => T::from_f64(UNCONFIRMED.1),
+            (true, false) => T::from_f64(ENTERING.1),
+            _ => T::ZERO,
+        };
+        Rotation {
+            spindle_hz: Some(speed),
+            // Half the tooth frequency means something for the spindle's own multiples.
+            teeth: self.teeth.filter(|_| self.contradiction.is_none()),
+            accuracy: width,
+            doubt,
+        }
+    }
+
+    /// For the report.
+    pub(super) fn report(&self) -> SpindleReport<T> {
+        let speed = self.speed();
+        let locked = self.locked().is_some();
+        let lines = self.lines.as_ref().filter(|_| locked);
+        SpindleReport {
+            spindle_hz: speed.map(|(hz, _, _)| hz),
+            source: speed.map_or(SpeedSource::Unknown, |(_, _, source)| source),
+            locked,
+            removed_power: lines.map_or(T::ZERO, |lines| lines.power()),
+            notch_hz: lines.map_or(T::ZERO, |lines| lines.notch_hz()),
+            contradiction: self.contradiction,
+            tacho_fault: self.tacho_fault,
+        }
+    }
+}
