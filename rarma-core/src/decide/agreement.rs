@@ -34,6 +34,10 @@ pub const AGREE_MOST: f64 = 0.05;
 /// Of the share that makes a mode loud, the part that the quieter of two agreeing
 /// sensors must have.
 const QUIETER_PART: f64 = 0.5;
+/// Standard deviations that both readings of ζ must lie below the threshold.
+pub const CERTAIN_SDS: f64 = 2.0;
+/// Suspicion of two that agree grows by this much a second, s.
+const JOINT_RATE: f64 = 2.0;
 /// Joint suspicion is remembered for this many confirmation times at most.
 const MOST_CONFIRMATIONS: f64 = 2.0;
 
@@ -72,10 +76,15 @@ pub fn surer<T: Real>(a: Mode<T>, b: Mode<T>) -> Mode<T> {
 
 /// For how long two sensors have been suspicious of the same mode.
 ///
-/// While both read ζ below the threshold at one frequency, not explained, the one
-/// loud and the other at least half as loud, suspicion grows by e₁ + e₂ seconds a
-/// second, with e of [`AlarmConfig::evidence`]; otherwise it falls by one. A single
-/// sensor's grows by e: two that agree are as sure in half the time.
+/// While both read ζ + [`CERTAIN_SDS`]·sd below the threshold at one frequency, not
+/// explained, the one loud and the other at least half as loud, suspicion grows by two
+/// seconds a second (a single sensor's grows by one at most, [`AlarmConfig::evidence`]);
+/// otherwise it falls by one.
+///
+/// Certainty is asked for because two sensors share the randomness of the process:
+/// what one reads wrong for that reason, the other does too. With evidence as weak as
+/// a single sensor's the calls of a damped mode (1.5 %) rose from 4 to 11 in 128 s;
+/// with two standard deviations the call is as soon, and those calls are 5.
 #[derive(Debug, Clone, Copy)]
 pub struct JointSuspicion<T> {
     mode: Option<Mode<T>>,
@@ -102,30 +111,28 @@ impl<T: Real> JointSuspicion<T> {
         band: (T, T),
         period_s: T,
     ) {
-        let mut found: Option<(Mode<T>, T, T)> = None;
+        let certain =
+            |m: &Mode<T>| config.undamped((m.damping, m.damping_sd * T::from_f64(CERTAIN_SDS)));
+        let mut found: Option<(Mode<T>, T)> = None;
         for mode in first.iter().flatten() {
             let Some(other) = partner(mode, second) else {
                 continue;
             };
             let here = surer(*mode, other);
             let (louder, quieter) = (mode.share.max(other.share), mode.share.min(other.share));
-            let evidence = (
-                config.evidence((mode.damping, mode.damping_sd)),
-                config.evidence((other.damping, other.damping_sd)),
-            );
             let suspect = unexplained(mode)
                 && unexplained(&other)
                 && here.frequency >= band.0
                 && here.frequency <= band.1
                 && config.loud(louder)
                 && quieter >= config.loud_share * T::from_f64(QUIETER_PART)
-                && evidence.0 > T::ZERO
-                && evidence.1 > T::ZERO;
-            if suspect && found.is_none_or(|(_, _, loudness)| louder > loudness) {
-                found = Some((here, evidence.0 + evidence.1, louder));
+                && certain(mode)
+                && certain(&other);
+            if suspect && found.is_none_or(|(_, loudness)| louder > loudness) {
+                found = Some((here, louder));
             }
         }
-        let Some((mode, evidence, _)) = found else {
+        let Some((mode, _)) = found else {
             self.suspicion_s = (self.suspicion_s - period_s).max(T::ZERO);
             return;
         };
@@ -134,7 +141,7 @@ impl<T: Real> JointSuspicion<T> {
         }
         self.mode = Some(mode);
         let most = config.confirm_s * T::from_f64(MOST_CONFIRMATIONS);
-        self.suspicion_s = (self.suspicion_s + period_s * evidence).min(most);
+        self.suspicion_s = (self.suspicion_s + period_s * T::from_f64(JOINT_RATE)).min(most);
     }
 
     /// Joint suspicion, s.
@@ -212,9 +219,8 @@ mod tests {
         let sure = mode(900.0, 0.5, 0.001, 0.0005);
         // 60 ms of evidence, 4 ms of it with every 2 ms.
         assert_eq!(decisions(sure, sure), Some(15));
-        let unsure = mode(903.0, 2.0, 0.007, 0.006);
-        assert_eq!(decisions(sure, unsure), Some(20));
         for other in [
+            mode(900.0, 1.0, 0.007, 0.0016),
             mode(980.0, 1.0, 0.001, 0.0005),
             mode(900.0, 1.0, 0.02, 0.002),
             Mode { share: 0.1, ..sure },

@@ -14,7 +14,7 @@ use super::{AnyMonitor, MAX_MODES, Report};
 use crate::condition::{Fault, HealthCounts};
 use crate::decide::{
     Agreement, AlarmConfig, AlarmEvent, ChannelFault, ChannelWatch, Dropped, JointSuspicion, Label,
-    Mode, partner,
+    Mode, SILENT_RATIO, partner,
 };
 use crate::real::Real;
 
@@ -67,10 +67,11 @@ struct Alarm<T> {
 
 /// Listens to two channels in step.
 ///
-/// * Both read the same undamped mode: their evidence adds up, and the call comes
-///   after half the time ([`JointSuspicion`]).
+/// * Both read the same mode as undamped for certain: the call comes after half the
+///   time ([`JointSuspicion`]).
 /// * Only one calls: the pair follows after [`ALONE_CONFIRMATIONS`], or at once where
-///   the other is deaf ([`PairConfig::hears`]), dropped or still starting.
+///   the other is deaf ([`PairConfig::hears`], or a level below [`SILENT_RATIO`] of this
+///   one's), dropped or still starting.
 /// * The alarm ends when no channel holds it any more.
 /// * A bad channel is left out and named ([`ChannelWatch`]); the other goes on alone.
 ///
@@ -211,6 +212,7 @@ impl<T: Real> PairMonitor<T> {
         } else {
             self.joint.reset();
         }
+        let levels = [heard[0].level, heard[1].level];
         // Clipped samples still tell of a vibration that has been called.
         let told = |d: &Option<Dropped>| match d {
             None => true,
@@ -224,7 +226,12 @@ impl<T: Real> PairMonitor<T> {
             };
         }
         let event = match self.alarm {
-            None => self.call(&own, &listened),
+            None => {
+                // A channel that all but hears nothing has nothing to confirm.
+                let near_silent = |i: usize| levels[i] < levels[1 - i] * T::from_f64(SILENT_RATIO);
+                let waited_for = [0, 1].map(|i| listened[i] && !near_silent(i));
+                self.call(&own, &waited_for)
+            }
             Some(alarm) => self.follow(alarm, &own, &dropped, period_s),
         };
         self.before = self
@@ -239,7 +246,7 @@ impl<T: Real> PairMonitor<T> {
     }
 
     /// Calls a mode, if there is one to call.
-    fn call(&mut self, own: &[Option<(T, T)>; 2], listened: &[bool; 2]) -> AlarmEvent<T> {
+    fn call(&mut self, own: &[Option<(T, T)>; 2], waited_for: &[bool; 2]) -> AlarmEvent<T> {
         let alone_s = self.config.confirm_s * T::from_f64(ALONE_CONFIRMATIONS - 1.0);
         let mut found = None;
         for (i, alarm) in own.iter().enumerate() {
@@ -250,7 +257,7 @@ impl<T: Real> PairMonitor<T> {
             let deaf = frequency < other.hears.0 || frequency > other.hears.1;
             let shared = own[1 - i].is_some_and(|(f, _)| is_near(f, frequency));
             let long = self.channels[i].stood_s >= alone_s;
-            if found.is_none() && (shared || deaf || !listened[1 - i] || long) {
+            if found.is_none() && (shared || deaf || !waited_for[1 - i] || long) {
                 found = Some((Some(i), frequency, damping));
             }
         }
