@@ -279,7 +279,6 @@ fn second_channel_that_is_not_there() {
         ("target", "--second 1"),
         ("monitor", "--second 0"),
         ("monitor", "--second 1 --channel 1"),
-        ("monitor", "--second -1"),
     ] {
         let ended = program().on(command, &file, options);
         assert_eq!(

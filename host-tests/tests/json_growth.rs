@@ -74,7 +74,7 @@ fn two_channels_add_agreement_and_channels() {
         assert_eq!(channel["channel"], i);
     }
     assert_eq!(channels[0]["faults"], serde_json::json!([]));
-    assert_eq!(channels[0]["dropped_s"], 0.0);
+    assert_eq!(channels[0]["dropped_s"].to_string(), "0.0");
     let [fault] = &channels[1]["faults"].as_array().expect("faults")[..] else {
         panic!("{summary}");
     };

@@ -189,7 +189,8 @@ impl Log {
         let length = |f: &FaultRecord| f.off.unwrap_or(end_s) - f.on;
         ChannelRecord {
             channel: self.channel,
-            dropped_s: self.faults.iter().map(length).sum(),
+            // An empty sum of floats is −0.
+            dropped_s: self.faults.iter().map(length).fold(0.0, |a, b| a + b),
             faults: self.faults,
         }
     }
