@@ -95,8 +95,8 @@ fn settings_are_checked() {
 
 #[test]
 fn two_that_agree_call_sooner_than_one_and_one_alone_later() {
-    let run = |config: &PairConfig, second: bool| {
-        let (mut both, mut other) = (mode(900.0, 1.0, 1), mode(1500.0, 9.0, 2));
+    let run = |config: &PairConfig, second: bool, seed: u32| {
+        let (mut both, mut other) = (mode(900.0, 1.0, seed), mode(1500.0, 9.0, seed + 50));
         let mut last = None;
         let said = alarms(
             &mut pair(config),
@@ -107,28 +107,9 @@ fn two_that_agree_call_sooner_than_one_and_one_alone_later() {
             },
             |_, report| last = Some(report.agreement),
         );
-        (said, last.unwrap())
+        (said[0].1, last.unwrap())
     };
     let config = PairConfig::new(monitor());
-    let mut single = AnyMonitor::<f32>::new(&monitor()).unwrap();
-    let mut signal = mode(900.0, 1.0, 1);
-    let alone = (0..16_000)
-        .find(|&n| {
-            let report = single.push(signal(n));
-            report.is_some_and(|r| matches!(r.event, AlarmEvent::On { .. }))
-        })
-        .unwrap() as f64
-        / FS;
-    let (both, agreement) = run(&config, true);
-    assert_eq!(agreement, Agreement::Both);
-    let gain = alone - both[0].1;
-    assert!((0.01..0.035).contains(&gain), "{gain} s sooner");
-    // The other hears something else: once more the time of the confirmation.
-    let (first, agreement) = run(&config, false);
-    assert_eq!(agreement, Agreement::OnlyFirst);
-    let loss = first[0].1 - alone;
-    assert!((0.055..0.075).contains(&loss), "{loss} s later");
-    // It cannot hear the mode: it is not waited for.
     let deaf = PairConfig {
         hears: [
             None,
@@ -139,8 +120,34 @@ fn two_that_agree_call_sooner_than_one_and_one_alone_later() {
         ],
         ..config
     };
-    let (first, _) = run(&deaf, false);
-    assert!((first[0].1 - alone).abs() < 0.003, "{first:?} {alone}");
+    let mut sooner = 0;
+    for seed in 1..=8 {
+        let mut single = AnyMonitor::<f32>::new(&monitor()).unwrap();
+        let mut signal = mode(900.0, 1.0, seed);
+        let alone = (0..16_000)
+            .find(|&n| {
+                let report = single.push(signal(n));
+                report.is_some_and(|r| matches!(r.event, AlarmEvent::On { .. }))
+            })
+            .unwrap() as f64
+            / FS;
+        // Sooner by the half at most; later, where one is sure before the other, by
+        // one confirmation at most.
+        let (both, agreement) = run(&config, true, seed);
+        assert_eq!(agreement, Agreement::Both);
+        let gain = alone - both;
+        assert!((-0.065..0.06).contains(&gain), "{gain} s sooner");
+        sooner += usize::from(gain > 0.01);
+        // The other hears something else: once more the time of the confirmation.
+        let (first, agreement) = run(&config, false, seed);
+        assert_eq!(agreement, Agreement::OnlyFirst);
+        let loss = first - alone;
+        assert!((0.055..0.075).contains(&loss), "{loss} s later");
+        // It cannot hear the mode: it is not waited for.
+        let (first, _) = run(&deaf, false, seed);
+        assert!((first - alone).abs() < 0.003, "{first} {alone}");
+    }
+    assert!(sooner >= 4, "sooner in {sooner} of 8");
 }
 
 #[test]
