@@ -89,7 +89,8 @@ struct Alarm<T> {
 ///     last = pair.push([x, second]).or(last);
 /// }
 /// let last = last.unwrap();
-/// assert!((last.report.standing.unwrap().0 - 891.3).abs() < 1.0);
+/// let mode = last.report.modes.iter().flatten().next().unwrap();
+/// assert!((mode.frequency - 891.3).abs() < 1.0);
 /// assert_eq!(last.agreement, Agreement::Single);
 /// assert_eq!(last.dropped[1].unwrap().channel, 1);
 /// ```
