@@ -21,8 +21,8 @@ mod sequential;
 mod structure;
 
 pub use agreement::{
-    AGREE_LEAST, AGREE_MOST, AGREE_SDS, Agreement, CERTAIN_SDS, JointSuspicion, partner, same_mode,
-    surer, unexplained,
+    AGREE_LEAST, AGREE_MOST, AGREE_SDS, Agreement, JOINT_SUSPICION, jointly_suspicious, partner,
+    same_mode, surer, unexplained,
 };
 pub use alarm::{Alarm, AlarmEvent, ESTABLISHED_S, Reason, Standing, State};
 pub use background::{Background, GROWN, Tone};

@@ -8,19 +8,16 @@
 mod config;
 mod fuse;
 
-pub use config::{PairConfig, PairError};
+pub use config::{ALONE_CONFIRMATIONS, PairConfig, PairError};
 
 use super::{AnyMonitor, MAX_MODES, Report};
 use crate::condition::{Fault, HealthCounts};
 use crate::decide::{
-    Agreement, AlarmConfig, AlarmEvent, ChannelFault, ChannelWatch, Dropped, JointSuspicion, Label,
-    Mode, SILENT_RATIO, partner,
+    Agreement, AlarmConfig, AlarmEvent, ChannelFault, ChannelWatch, Dropped, Label, Mode,
+    SILENT_RATIO, jointly_suspicious, partner,
 };
 use crate::real::Real;
 
-/// A mode that only one of two sensors calls must have been suspect for this many
-/// confirmation times before the pair calls it.
-pub const ALONE_CONFIRMATIONS: f64 = 2.0;
 /// An alarm outlives the channel that held it for this long, s.
 const ORPHAN_HOLD_S: f64 = 1.0;
 /// After a release, the same mode is called jointly again only after this long, s:
@@ -67,9 +64,9 @@ struct Alarm<T> {
 
 /// Listens to two channels in step.
 ///
-/// * Both read the same mode as undamped for certain: the call comes after half the
-///   time ([`JointSuspicion`]).
-/// * Only one calls: the pair follows after [`ALONE_CONFIRMATIONS`], or at once where
+/// * Both are suspicious of the same mode: the call comes sooner
+///   ([`jointly_suspicious`]).
+/// * Only one calls: the pair follows after [`PairConfig::alone_confirmations`], or at once where
 ///   the other is deaf ([`PairConfig::hears`], or a level below [`SILENT_RATIO`] of this
 ///   one's), dropped or still starting.
 /// * The alarm ends when no channel holds it any more.
@@ -98,9 +95,9 @@ struct Alarm<T> {
 pub struct PairMonitor<T> {
     channels: [Channel<T>; 2],
     config: AlarmConfig<T>,
-    band: (T, T),
+    /// An alarm of one channel waits for this long for the other, s.
+    alone_s: T,
     watch: ChannelWatch<T>,
-    joint: JointSuspicion<T>,
     alarm: Option<Alarm<T>>,
     /// Frequency of the last alarm, and for how long it is remembered, s.
     before: Option<(T, T)>,
@@ -117,7 +114,7 @@ impl<T: Real> PairMonitor<T> {
     /// See [`PairConfig::check`].
     pub fn new(config: &PairConfig) -> Result<Self, PairError> {
         config.check()?;
-        let [first, second] = &config.channels;
+        let first = &config.channels[0];
         let channel = |i: usize, config: &PairConfig| {
             let monitor = AnyMonitor::new(&config.channels[i])
                 .map_err(|error| PairError::Channel(i as u8, error))?;
@@ -129,16 +126,12 @@ impl<T: Real> PairMonitor<T> {
                 stood_s: T::ZERO,
             })
         };
-        let (a, b) = (first.band(), second.band());
+        let alarm: AlarmConfig<T> = first.alarm();
         Ok(Self {
             channels: [channel(0, config)?, channel(1, config)?],
-            config: first.alarm(),
-            band: (
-                T::from_f64(a.low_hz.max(b.low_hz)),
-                T::from_f64(a.high_hz.min(b.high_hz)),
-            ),
+            alone_s: alarm.confirm_s * T::from_f64(config.alone_confirmations - 1.0),
+            config: alarm,
             watch: ChannelWatch::default(),
-            joint: JointSuspicion::default(),
             alarm: None,
             before: None,
             reports_without_first: 0,
@@ -206,13 +199,10 @@ impl<T: Real> PairMonitor<T> {
         let dropped = [self.watch.dropped(0), self.watch.dropped(1)];
         let listened = [0, 1].map(|i| dropped[i].is_none() && heard[i].judging);
         let cutting = listened[0] && heard[0].cutting && listened[1] && heard[1].cutting;
-        if cutting {
-            let [first, second] = [heard[0].modes, heard[1].modes];
-            self.joint
-                .update(first, second, &self.config, self.band, period_s);
-        } else {
-            self.joint.reset();
-        }
+        let joint = match cutting {
+            true => jointly_suspicious(heard[0].modes, heard[1].modes),
+            false => None,
+        };
         let levels = [heard[0].level, heard[1].level];
         // Clipped samples still tell of a vibration that has been called.
         let told = |d: &Option<Dropped>| match d {
@@ -231,9 +221,9 @@ impl<T: Real> PairMonitor<T> {
                 // A channel that all but hears nothing has nothing to confirm.
                 let near_silent = |i: usize| levels[i] < levels[1 - i] * T::from_f64(SILENT_RATIO);
                 let waited_for = [0, 1].map(|i| listened[i] && !near_silent(i));
-                self.call(&own, &waited_for)
+                self.call(&own, &waited_for, joint)
             }
-            Some(alarm) => self.follow(alarm, &own, &dropped, period_s),
+            Some(alarm) => self.follow(alarm, &own, &dropped, joint.is_some(), period_s),
         };
         self.before = self
             .before
@@ -247,8 +237,13 @@ impl<T: Real> PairMonitor<T> {
     }
 
     /// Calls a mode, if there is one to call.
-    fn call(&mut self, own: &[Option<(T, T)>; 2], waited_for: &[bool; 2]) -> AlarmEvent<T> {
-        let alone_s = self.config.confirm_s * T::from_f64(ALONE_CONFIRMATIONS - 1.0);
+    fn call(
+        &mut self,
+        own: &[Option<(T, T)>; 2],
+        waited_for: &[bool; 2],
+        joint: Option<Mode<T>>,
+    ) -> AlarmEvent<T> {
+        let alone_s = self.alone_s;
         let mut found = None;
         for (i, alarm) in own.iter().enumerate() {
             let Some((frequency, damping)) = *alarm else {
@@ -263,7 +258,7 @@ impl<T: Real> PairMonitor<T> {
             }
         }
         if found.is_none()
-            && let Some(mode) = self.joint.confirmed(&self.config)
+            && let Some(mode) = joint
             && !self.before.is_some_and(|(f, _)| is_near(f, mode.frequency))
         {
             found = Some((None, mode.frequency, mode.damping));
@@ -286,6 +281,7 @@ impl<T: Real> PairMonitor<T> {
         mut alarm: Alarm<T>,
         own: &[Option<(T, T)>; 2],
         dropped: &[Option<Dropped>; 2],
+        joint: bool,
         period_s: T,
     ) -> AlarmEvent<T> {
         let led = alarm.lead.filter(|i| own[*i].is_some());
@@ -295,7 +291,7 @@ impl<T: Real> PairMonitor<T> {
             alarm.frequency = frequency;
             alarm.lowest_damping = alarm.lowest_damping.min(damping);
         }
-        let jointly = alarm.lead.is_none() && self.joint.suspicion_s() > T::ZERO;
+        let jointly = alarm.lead.is_none() && joint;
         // A channel releases its own alarm after a time of its own. One that is left
         // out cannot say that the vibration is over.
         let patience = match alarm.lead {
