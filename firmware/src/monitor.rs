@@ -1,6 +1,7 @@
 //! The monitor duty: samples in, telemetry out. Fast path; once a sample.
 
 use rarma_core::AnyMonitor;
+use rarma_core::condition::HealthCounts;
 use rarma_core::decide::AlarmEvent;
 use rarma_core::monitor::{MonitorError, Report};
 use rarma_core::wire::{AlarmMessage, Finished, MonitorJob, Telemetry, Verdict};
@@ -9,14 +10,7 @@ use rarma_core::wire::{AlarmMessage, Finished, MonitorJob, Telemetry, Verdict};
 #[derive(Debug, Clone)]
 pub struct MonitorDuty {
     monitor: AnyMonitor<f32>,
-    job: MonitorJob,
-    /// Sample of the next line, and how many lines there have been.
-    next_line: u64,
-    lines: u32,
-    every_samples: f64,
-    state_samples: [u64; 6],
-    counted_to: u64,
-    standing: Option<(f32, f32)>,
+    telling: Telling,
 }
 
 impl MonitorDuty {
@@ -25,38 +19,22 @@ impl MonitorDuty {
     /// # Errors
     /// The setting that is out of range.
     pub fn new(job: &MonitorJob) -> Result<Self, MonitorError> {
-        let every_samples = job.every_s * job.monitor.fs_hz;
         Ok(Self {
             monitor: AnyMonitor::new(&job.monitor)?,
-            job: *job,
-            next_line: every_samples as u64,
-            lines: 1,
-            every_samples: if every_samples >= 1.0 {
-                every_samples
-            } else {
-                1.0
-            },
-            state_samples: [0; 6],
-            counted_to: 0,
-            standing: None,
+            telling: Telling::new(job),
         })
     }
 
     /// First message of the run.
     pub fn started(&self) -> Telemetry {
-        let monitor = &self.job.monitor;
-        Telemetry::Started {
-            fs_hz: monitor.fs_hz,
-            p: monitor.order.p() as u8,
-            q: monitor.order.q() as u8,
-        }
+        self.telling.started()
     }
 
     /// Takes one sample; hands what there is to say to `say`.
     #[inline]
     pub fn sample(&mut self, x: f32, say: &mut impl FnMut(&Telemetry)) {
         if let Some(report) = self.monitor.push(x) {
-            self.report(&report, say);
+            self.telling.report(&report, say);
         }
     }
 
@@ -73,18 +51,73 @@ impl MonitorDuty {
         dropped_frames: u32,
     ) -> Telemetry {
         Telemetry::Finished(Finished {
-            samples: self.monitor.samples(),
-            state_samples: self.state_samples,
-            health: self.monitor.health(),
-            standing: self.standing,
             longest_block_us,
             late_blocks,
             dropped_frames,
+            ..self
+                .telling
+                .finished(self.monitor.samples(), self.monitor.health())
         })
     }
+}
 
-    /// Decision rate.
-    fn report(&mut self, report: &Report<f32>, say: &mut impl FnMut(&Telemetry)) {
+/// Turns the reports of a monitor, whatever it listens to, into telemetry.
+#[derive(Debug, Clone)]
+pub struct Telling {
+    job: MonitorJob,
+    /// Sample of the next line, and how many lines there have been.
+    next_line: u64,
+    lines: u32,
+    every_samples: f64,
+    state_samples: [u64; 6],
+    counted_to: u64,
+    standing: Option<(f32, f32)>,
+}
+
+impl Telling {
+    /// Nothing has been said yet.
+    pub fn new(job: &MonitorJob) -> Self {
+        let every_samples = job.every_s * job.monitor.fs_hz;
+        Self {
+            job: *job,
+            next_line: every_samples as u64,
+            lines: 1,
+            every_samples: if every_samples >= 1.0 {
+                every_samples
+            } else {
+                1.0
+            },
+            state_samples: [0; 6],
+            counted_to: 0,
+            standing: None,
+        }
+    }
+
+    /// First message of the run.
+    pub fn started(&self) -> Telemetry {
+        let monitor = &self.job.monitor;
+        Telemetry::Started {
+            fs_hz: monitor.fs_hz,
+            p: monitor.order.p() as u8,
+            q: monitor.order.q() as u8,
+        }
+    }
+
+    /// Totals of the run; the clock and the link are the caller's to add.
+    pub fn finished(&self, samples: u64, health: HealthCounts) -> Finished {
+        Finished {
+            samples,
+            state_samples: self.state_samples,
+            health,
+            standing: self.standing,
+            longest_block_us: 0,
+            late_blocks: 0,
+            dropped_frames: 0,
+        }
+    }
+
+    /// Decision rate: hands what a report has to say to `say`.
+    pub fn report(&mut self, report: &Report<f32>, say: &mut impl FnMut(&Telemetry)) {
         if let Some(count) = self.state_samples.get_mut(report.state as usize) {
             *count += report.sample - self.counted_to;
         }

@@ -259,6 +259,130 @@ fn name_that_would_break_the_line() {
 }
 
 #[test]
+fn second_channel_that_is_not_there() {
+    let folder = Folder::default();
+    let file = folder.pcm16("mono.wav", FS, &healthy());
+    for options in ["--second 1", "--second 1 --json"] {
+        let words = ["channel 1", "one channel, number 0", "--second"];
+        assert_refused(&program().on("monitor", &file, options), &file, &words);
+    }
+    let both: Vec<f64> = healthy().iter().flat_map(|x| [*x, -x]).collect();
+    let file = folder.file("stereo.wav", &wav(PCM, 2, FS, 16, &pcm16(&both)));
+    let ended = program().on("monitor", &file, "--second 2");
+    assert_refused(&ended, &file, &["channel 2", "2 channels, numbered 0 to 1"]);
+    let file = folder.file("silent.wav", &wav(PCM, 2, FS, 16, &pcm16(&[0.0; 32_000])));
+    let ended = program().on("monitor", &file, "--second 1");
+    assert_refused(&ended, &file, &["silence", "channel 0"]);
+    // The box has one channel in a job; two times the same is no pair.
+    let file = folder.file("stereo.wav", &wav(PCM, 2, FS, 16, &pcm16(&both)));
+    for (command, options) in [
+        ("target", "--second 1"),
+        ("monitor", "--second 0"),
+        ("monitor", "--second 1 --channel 1"),
+    ] {
+        let ended = program().on(command, &file, options);
+        assert_eq!(
+            (ended.code, ended.stdout.as_str()),
+            (Some(2), ""),
+            "{options}: {ended:?}"
+        );
+        assert!(ended.stderr.contains("--second"), "{ended:?}");
+    }
+}
+
+#[test]
+fn structure_that_is_none() {
+    let folder = Folder::default();
+    let recording = folder.pcm16("good.wav", FS, &healthy());
+    let mode = r#"{"f": 900, "f_sd": 1, "zeta": 0.05, "zeta_sd": 0.001}"#;
+    let cases: [(&str, String, &[&str]); 16] = [
+        ("empty.json", String::new(), &["line 1", "not JSON"]),
+        (
+            "broken.json",
+            "{\"modes\": [".into(),
+            &["line 1 column", "not JSON"],
+        ),
+        (
+            "other.json",
+            "{\"f\": [1]}".into(),
+            &["modes", "no such list"],
+        ),
+        (
+            "none.json",
+            "{\"modes\": []}".into(),
+            &["modes", "there is none"],
+        ),
+        (
+            "nine.json",
+            format!("{{\"modes\": [{}]}}", [mode; 9].join(",")),
+            &["9 modes", "8"],
+        ),
+        (
+            "hole.json",
+            format!("{{\"modes\": [{mode}, {{\"f\": 1}}]}}"),
+            &["modes[1].f_sd", "missing"],
+        ),
+        (
+            "null.json",
+            format!("{{\"modes\": [{}]}}", mode.replace("0.001", "null")),
+            &["modes[0].zeta_sd", "null"],
+        ),
+        (
+            "negative.json",
+            format!("{{\"modes\": [{}]}}", mode.replace("900", "-900")),
+            &["modes[0]", "-900"],
+        ),
+        ("empty.csv", "# nothing\n".into(), &["holds nothing"]),
+        (
+            "names.csv",
+            "f,zeta\n900,0.05\n".into(),
+            &["line 1", "no column f_sd"],
+        ),
+        (
+            "text.csv",
+            "f,f_sd,zeta,zeta_sd\n900,1,ERROR,0.001\n".into(),
+            &["line 2", "ERROR", "column 3"],
+        ),
+        (
+            "hole.csv",
+            "f,f_sd,zeta,zeta_sd\n\n900,1,,0.001\n".into(),
+            &["line 3", "column 3"],
+        ),
+        (
+            "damping.csv",
+            "f,f_sd,zeta,zeta_sd\n900,1,5,0.001\n".into(),
+            &["line 2", "zeta is 5"],
+        ),
+        (
+            "deviation.csv",
+            "f,f_sd,zeta,zeta_sd\n900,1,0.05,-0.001\n".into(),
+            &["line 2", "-0.001"],
+        ),
+        (
+            "header.csv",
+            "f,f_sd,zeta,zeta_sd\n".into(),
+            &["there is none"],
+        ),
+        ("structure.xlsx", mode.into(), &["name", ".json or .csv"]),
+    ];
+    let refuses = |file: &Path, words: &[&str]| {
+        let options = format!("--json --structure {}", file.display());
+        for command in ["monitor", "target"] {
+            assert_refused(&program().on(command, &recording, &options), file, words);
+        }
+    };
+    for (name, text, words) in cases {
+        refuses(&folder.file(name, text.as_bytes()), words);
+    }
+    refuses(&folder.path().join("nowhere.json"), &["no such file"]);
+    refuses(folder.path(), &["is a directory"]);
+    refuses(
+        &folder.file("binary.json", b"{\"modes\xff"),
+        &["byte 7", "not plain text"],
+    );
+}
+
+#[test]
 fn wrong_usage_is_code_2() {
     let folder = Folder::default();
     let file = folder.pcm16("good.wav", FS, &healthy());

@@ -88,6 +88,13 @@ pub struct MonitorArgs {
     /// Seconds that are known to be idle; without it idle is found.
     #[arg(long, value_name = "FROM:TO", value_parser = stretch)]
     pub idle: Option<(f64, f64)>,
+    /// Second channel of the same file, counted from 0: two sensors, one verdict.
+    #[arg(long, value_name = "CHANNEL")]
+    pub second: Option<usize>,
+    /// Modes of the structure at rest (JSON of `identify`, or CSV with columns
+    /// f,f_sd,zeta,zeta_sd): what the process adds to their damping is told.
+    #[arg(long, value_name = "FILE")]
+    pub structure: Option<PathBuf>,
     /// Seconds between two lines.
     #[arg(long, value_name = "SECONDS", default_value_t = 0.01, value_parser = positive)]
     pub every: f64,

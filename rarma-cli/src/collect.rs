@@ -2,7 +2,7 @@
 
 use crate::record::{Alarm, Label, Line, ModeRecord, Run, State, Summary};
 use rarma_core::condition::HealthCounts;
-use rarma_core::decide;
+use rarma_core::decide::{self, Agreement};
 use rarma_core::wire::{Finished, ModeMessage, Refusal, Telemetry, Verdict};
 use std::collections::BTreeMap;
 
@@ -77,6 +77,13 @@ impl Collector {
         News::None
     }
 
+    /// Who hears the mode in question at the last line; of a pair only.
+    pub fn agreed(&mut self, agreement: Agreement) {
+        if let Some(line) = self.lines.last_mut() {
+            line.agreement = Some(agreement);
+        }
+    }
+
     /// Why the box would not go on, if it said so.
     pub fn refused(&self) -> Option<Refusal> {
         self.refused
@@ -109,6 +116,7 @@ impl Collector {
                 order: self.order,
                 alarms: self.alarms,
                 state_seconds,
+                channels: None,
             },
         })
     }
@@ -129,6 +137,7 @@ fn line(verdict: &Verdict, fs: f64) -> Line {
         t: verdict.sample as f64 / fs,
         state: STATES[verdict.state as usize],
         modes: verdict.modes.iter().map(mode).collect(),
+        agreement: None,
     }
 }
 
@@ -145,12 +154,14 @@ fn mode(m: &ModeMessage) -> ModeRecord {
             decide::Label::Forced => Label::Forced,
         },
         harmonic: m.harmonic,
+        zeta_process: None,
+        zeta_process_sd: None,
     }
 }
 
 /// A single-precision number as the shortest decimal that stands for it, so that
 /// 0.01 is printed as 0.01.
-fn decimal(x: f32) -> f64 {
+pub(crate) fn decimal(x: f32) -> f64 {
     if !x.is_finite() {
         return f64::from(x);
     }

@@ -4,6 +4,7 @@
 //! and from the firmware image on the emulated chip; reports and tests read
 //! nothing else.
 
+use rarma_core::decide::Agreement;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -54,6 +55,13 @@ pub struct ModeRecord {
     pub label: Label,
     /// Multiple of the spindle frequency it sits on, if it does.
     pub harmonic: Option<u32>,
+    /// What the process adds to the damping of the structural mode, 1; null inside
+    /// where no structural mode is there. With a structure only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub zeta_process: Option<Option<f64>>,
+    /// Its standard deviation, 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub zeta_process_sd: Option<Option<f64>>,
 }
 
 /// One line of telemetry.
@@ -65,6 +73,9 @@ pub struct Line {
     pub state: State,
     /// Modes sorted by frequency.
     pub modes: Vec<ModeRecord>,
+    /// Who hears the mode in question. With two channels only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub agreement: Option<Agreement>,
 }
 
 /// One alarm, from call to release.
@@ -93,6 +104,31 @@ pub struct Summary {
     pub alarms: Vec<Alarm>,
     /// Seconds spent in each state.
     pub state_seconds: BTreeMap<State, f64>,
+    /// What was wrong with each channel. With two channels only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub channels: Option<Vec<ChannelRecord>>,
+}
+
+/// One of two channels over the whole run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ChannelRecord {
+    /// Channel of the file, from 0.
+    pub channel: usize,
+    /// The stretches for which it was left out, in order of time.
+    pub faults: Vec<FaultRecord>,
+    /// Seconds for which it was left out.
+    pub dropped_s: f64,
+}
+
+/// A stretch for which a channel was left out.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FaultRecord {
+    /// Why: `not-finite`, `missing`, `stuck`, `clipped`, `silent` or `contradicts`.
+    pub fault: String,
+    /// From, s.
+    pub on: f64,
+    /// To, s; none if it was never taken back.
+    pub off: Option<f64>,
 }
 
 /// Everything a run said.

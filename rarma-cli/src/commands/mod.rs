@@ -8,6 +8,8 @@ mod lines;
 mod lobes;
 mod monitor;
 mod order;
+mod pair;
+mod process;
 mod psd;
 mod show;
 mod simulate;
@@ -19,6 +21,7 @@ pub use identify::{Identified, identify};
 pub use lobes::{LobePoint, Lobes, point as lobe_point};
 pub use monitor::{job, listen};
 pub use order::{Candidate, CandidateMode, candidates};
+pub use pair::listen as listen_pair;
 pub use psd::{Density, density};
 pub use target::on_chip;
 

@@ -1,6 +1,6 @@
 //! `rarma monitor`: a recording in, a verdict out, on the host.
 
-use super::show;
+use super::{pair, process, show};
 use crate::args::{InputArgs, MonitorArgs};
 use crate::collect::{Collector, News};
 use crate::failure::Failure;
@@ -16,12 +16,17 @@ use rarma_core::wire::MonitorJob;
 const BAR_STEP_S: f64 = 0.5;
 
 pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
-    let recording = read(&args.input)?;
-    let job = job(args, &recording)?;
+    let structure = process::structure(args.structure.as_deref())?;
+    let input = match args.second {
+        None => Input::One(read(&args.input)?),
+        Some(second) => Input::Two(pair::read(args, second)?),
+    };
+    let recording = input.pictured();
+    let job = job(args, recording)?;
     let bar = show::progress(recording.samples.len() as u64, "listening");
     let step = ((recording.fs * BAR_STEP_S) as u64).max(1);
     let mut done = 0;
-    let run = listen(&job, recording.samples.iter().map(|&x| x as f32), |news| {
+    let news = |news: News<'_>| {
         if !args.json {
             show::alarm(&news, &bar);
         }
@@ -29,10 +34,40 @@ pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
         if done % step == 0 {
             bar.set_position(done);
         }
-    })?;
+    };
+    let mut run = match &input {
+        Input::One(one) => listen(&job, one.samples.iter().map(|&x| x as f32), news)?,
+        Input::Two(both) => pair::listen(&job, both, news)?,
+    };
     bar.finish_and_clear();
     let band = job.monitor.band();
-    show::finish(args, &recording, &run, (band.low_hz, band.high_hz))
+    show::finish(
+        args,
+        recording,
+        &mut run,
+        (band.low_hz, band.high_hz),
+        structure.as_ref(),
+    )
+}
+
+/// What is listened to.
+enum Input {
+    One(Recording),
+    Two([Recording; 2]),
+}
+
+impl Input {
+    /// The channel that settings are checked against and pictures made of: the first
+    /// that is well.
+    fn pictured(&self) -> &Recording {
+        match self {
+            Self::One(one) => one,
+            Self::Two(both) => both
+                .iter()
+                .find(|r| input::check(r).is_ok())
+                .unwrap_or(&both[0]),
+        }
+    }
 }
 
 /// Reads the recording and passes on what is odd about it.

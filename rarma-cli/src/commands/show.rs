@@ -1,5 +1,6 @@
 //! What `monitor`, `target` and `demo` show: lines, alarms, verdict, page.
 
+use super::{pair, process};
 use crate::args::MonitorArgs;
 use crate::collect::News;
 use crate::failure::Failure;
@@ -7,6 +8,7 @@ use crate::input::Recording;
 use crate::record::{Run, State, Summary};
 use crate::report::{self, ReportInput};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use rarma_core::decide::Structure;
 use serde_json::json;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
@@ -147,13 +149,21 @@ pub fn page(
 pub fn finish(
     args: &MonitorArgs,
     recording: &Recording,
-    run: &Run,
+    run: &mut Run,
     band_hz: (f64, f64),
+    structure: Option<&Structure<f64>>,
 ) -> Result<u8, Failure> {
+    if let Some(structure) = structure {
+        process::annotate(run, structure);
+    }
     if args.json {
         json_lines(run)?;
     } else {
         verdict(&run.summary);
+        pair::words(run.summary.channels.as_deref().unwrap_or_default());
+        if let Some(structure) = structure {
+            process::words(run, structure);
+        }
     }
     if let Some(dir) = &args.report {
         page(dir, args, recording, run, band_hz)?;

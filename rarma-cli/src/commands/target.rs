@@ -5,7 +5,7 @@
 //! that `rarma monitor` takes; the image reads it by semihosting, and its wire
 //! frames are decoded here.
 
-use super::{monitor, show};
+use super::{monitor, process, show};
 use crate::args::MonitorArgs;
 use crate::collect::Collector;
 use crate::failure::Failure;
@@ -21,15 +21,27 @@ use xtask::{EMULATED_BOARD, Workspace, fw, qemu};
 pub const ELF_VARIABLE: &str = "RARMA_TARGET_ELF";
 
 pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
+    if args.second.is_some() {
+        return Err(Failure::Usage(
+            "--second: a job for the box names one channel; use `rarma monitor` for two".to_owned(),
+        ));
+    }
+    let structure = process::structure(args.structure.as_deref())?;
     let recording = monitor::read(&args.input)?;
     let job = monitor::job(args, &recording)?;
     let elf = image()?;
     let bar = show::progress(0, "the emulated chip is listening");
     bar.enable_steady_tick(std::time::Duration::from_millis(200));
-    let run = on_chip(&elf, &job, &recording)?;
+    let mut run = on_chip(&elf, &job, &recording)?;
     bar.finish_and_clear();
     let band = job.monitor.band();
-    show::finish(args, &recording, &run, (band.low_hz, band.high_hz))
+    show::finish(
+        args,
+        &recording,
+        &mut run,
+        (band.low_hz, band.high_hz),
+        structure.as_ref(),
+    )
 }
 
 /// Runs one job on the emulated chip.

@@ -39,6 +39,8 @@ pub enum Problem {
     Hole,
     /// Time does not advance in equal steps.
     Time,
+    /// A number that cannot be what it is said to be.
+    Range,
     /// Samples that are NaN or infinite.
     NonFinite,
     /// Every sample is the same.

@@ -14,12 +14,14 @@
 mod error;
 mod health;
 mod raw;
+mod structure;
 mod table;
 mod time;
 mod wav;
 
 pub use error::{InputError, Problem};
 pub use health::check;
+pub use structure::read as read_structure;
 
 use std::fs;
 use std::path::{Path, PathBuf};

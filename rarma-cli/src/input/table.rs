@@ -35,13 +35,13 @@ pub(super) fn decode(bytes: &[u8], opts: &ReadOptions) -> Result<Decoded, InputE
 
 /// Separator and decimal sign, decided at the first line that is no comment.
 #[derive(Clone, Copy)]
-struct Dialect {
-    separator: char,
+pub(super) struct Dialect {
+    pub(super) separator: char,
     decimal_comma: bool,
 }
 
 impl Dialect {
-    fn of(line: &str) -> Self {
+    pub(super) fn of(line: &str) -> Self {
         let separator = [';', '\t']
             .into_iter()
             .find(|&c| line.contains(c))
@@ -52,7 +52,7 @@ impl Dialect {
         }
     }
 
-    fn number(self, field: &str) -> Option<f64> {
+    pub(super) fn number(self, field: &str) -> Option<f64> {
         if self.decimal_comma && field.contains(',') {
             return field.replace(',', ".").parse().ok();
         }
@@ -263,7 +263,7 @@ impl Table {
     }
 }
 
-fn hole(line: usize, column: usize) -> InputError {
+pub(super) fn hole(line: usize, column: usize) -> InputError {
     InputError::new(
         Problem::Hole,
         format!("line {line}"),
@@ -272,7 +272,7 @@ fn hole(line: usize, column: usize) -> InputError {
     )
 }
 
-fn not_a_number(line: usize, column: usize, field: &str) -> InputError {
+pub(super) fn not_a_number(line: usize, column: usize, field: &str) -> InputError {
     let mut shown: String = field.chars().take(24).collect();
     if shown.len() < field.len() {
         shown.push('…');

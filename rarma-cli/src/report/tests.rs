@@ -12,6 +12,8 @@ fn mode(f: f64, zeta: f64, label: Label) -> ModeRecord {
         amplitude: 0.1,
         label,
         harmonic: None,
+        zeta_process: None,
+        zeta_process_sd: None,
     }
 }
 
@@ -24,6 +26,7 @@ fn empty() -> Run {
             order: [4, 3],
             alarms: Vec::new(),
             state_seconds: Default::default(),
+            channels: None,
         },
     }
 }
@@ -42,6 +45,7 @@ fn chatter(n: usize) -> Run {
             t,
             state,
             modes: vec![mode(300.0, 0.001, Label::Forced), mode(898.0, zeta, label)],
+            agreement: None,
         });
     }
     run.summary.alarms.push(Alarm {

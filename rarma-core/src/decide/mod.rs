@@ -4,8 +4,10 @@
 //! threshold with its uncertainty; *loud*, a good part of the band's power;
 //! *explained*, at a multiple of the rotation or of a stronger line.
 
+mod agreement;
 mod alarm;
 mod background;
+mod channels;
 mod config;
 mod fpk;
 mod fpk_histogram;
@@ -16,9 +18,18 @@ mod mode;
 mod origin;
 mod places;
 mod sequential;
+mod structure;
 
+pub use agreement::{
+    AGREE_LEAST, AGREE_MOST, AGREE_SDS, Agreement, JOINT_SUSPICION, jointly_suspicious, partner,
+    same_mode, surer, unexplained,
+};
 pub use alarm::{Alarm, AlarmEvent, ESTABLISHED_S, Reason, Standing, State};
 pub use background::{Background, GROWN, Tone};
+pub use channels::{
+    CONTRADICTION_S, CONTRADICTION_SDS, ChannelFault, ChannelWatch, Dropped, Hearing, MOVED_RATIO,
+    SILENT_RATIO, STILL_RATIO, TAKEN_BACK_S,
+};
 pub use config::AlarmConfig;
 pub use fpk::{Fpk, LEAST_DAMPING, MEMORY_S};
 pub use fpk_histogram::{BINS, BINS_REACH, DecreasingFit, Histogram};
@@ -36,4 +47,8 @@ pub use places::Places;
 pub use sequential::{
     DAMPED_RATIO, ENOUGH, ENOUGH_BACK, Evidence, LEAST_USUAL_RATIO, SequentialTest, UNDAMPED_RATIO,
     USUAL_RATIO,
+};
+pub use structure::{
+    MAX_STRUCTURAL_MODES, ProcessDamping, STRUCTURE_SDS, STRUCTURE_WIDTH, StructuralMode,
+    Structure, StructureError,
 };

@@ -1,7 +1,7 @@
 //! A monitor whose order is chosen at run time.
 
 use super::{Monitor, MonitorConfig, MonitorError, Report};
-use crate::condition::HealthCounts;
+use crate::condition::{Fault, HealthCounts};
 use crate::order::Order;
 use crate::real::Real;
 
@@ -55,6 +55,13 @@ macro_rules! any_monitor {
             pub fn health(&self) -> HealthCounts {
                 match self {
                     $(Self::$variant(m) => m.health(),)*
+                }
+            }
+
+            /// See [`Monitor::fault`].
+            pub fn fault(&self) -> Option<Fault> {
+                match self {
+                    $(Self::$variant(m) => m.fault(),)*
                 }
             }
 

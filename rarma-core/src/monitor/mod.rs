@@ -6,6 +6,7 @@
 
 mod any;
 mod config;
+mod pair;
 mod report;
 mod slot;
 mod spindle;
@@ -13,6 +14,7 @@ mod verdict;
 
 pub use any::AnyMonitor;
 pub use config::{DECISION_PERIOD_S, LEAST_MEMORY, MonitorConfig, MonitorError};
+pub use pair::{ALONE_CONFIRMATIONS, PairConfig, PairError, PairMonitor, PairReport};
 pub use report::{MAX_MODES, Report};
 pub use spindle::{SpeedSource, SpindleReport};
 
@@ -146,6 +148,11 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
     /// Counts of bad samples since the start.
     pub fn health(&self) -> HealthCounts {
         self.health.counts()
+    }
+
+    /// What is wrong with the samples now.
+    pub fn fault(&self) -> Option<Fault> {
+        self.health.fault()
     }
 
     /// Input samples taken, missing ones included.
