@@ -29,7 +29,7 @@ impl Bench {
             origin: Origin::Free,
             harmonic: None,
             in_band: true,
-            watched: false,
+            grew: false,
             evidence: Evidence::default(),
         }
     }

@@ -232,7 +232,8 @@ fn compare<T: Real>(heard: &[Hearing<'_, T>; 2], config: &AlarmConfig<T>) -> Com
         let Some(other) = partner(mode, heard[1].modes) else {
             continue;
         };
-        let loud = config.loud(mode.share) && config.loud(other.share);
+        let loud = |m: &Mode<T>| config.loud(m.share, m.share_of_all);
+        let loud = loud(mode) && loud(&other);
         if loud
             && unexplained(mode)
             && unexplained(&other)

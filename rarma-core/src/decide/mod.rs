@@ -15,6 +15,7 @@ mod fpk_verdict;
 mod harmonics;
 mod level;
 mod mode;
+mod onset;
 mod origin;
 mod places;
 mod sequential;
@@ -42,6 +43,7 @@ pub use harmonics::{
 };
 pub use level::{CONTRAST, CUT_RATIO, IdleFinder};
 pub use mode::{Label, Mode, ModeTrack, Reading};
+pub use onset::Onset;
 pub use origin::Origin;
 pub use places::Places;
 pub use sequential::{

@@ -74,8 +74,9 @@ pub struct Reading<T> {
     pub harmonic: Option<u32>,
     /// Inside the band that is analysed.
     pub in_band: bool,
-    /// It was seen with damping that it can have lost.
-    pub watched: bool,
+    /// It has grown out of damping, or risen by itself: where its origin is unknown, it
+    /// is self-excited.
+    pub grew: bool,
     /// What the sequential test says.
     pub evidence: Evidence<T>,
 }
@@ -180,7 +181,7 @@ impl<T: Real> ModeTrack<T> {
         // A resonance with damping of its own is structural wherever it lies; only a
         // line is forced.
         let lightly_damped = config.may_be_line(reading.damping);
-        let unknown = origin == Origin::Unknown && !reading.watched;
+        let unknown = origin == Origin::Unknown && !reading.grew;
         let suspected = (undamped && credible) || suspicion >= T::ONE;
         Mode {
             frequency: reading.frequency.0,

@@ -17,6 +17,10 @@ const USUAL_TAU_S: f64 = 1.0;
 const WATCHED_S: f64 = 0.2;
 /// Not seen damped for this long, s, it is forgotten.
 const FORGET_S: f64 = 5.0;
+/// That a line rose by itself is remembered for this long, s.
+const ROSE_S: f64 = 1.0;
+/// A mode that has lost its damping is louder than it was by this factor, in power.
+const GROWN: f64 = 4.0;
 /// A mode counts as seen where it holds this part of the band's power.
 const SEEN_SHARE: f64 = 0.05;
 /// Damping above which it has some for certain, in thresholds, and above which a pole
@@ -28,8 +32,12 @@ const DAMPED: (f64, f64) = (1.5, 0.2);
 struct Place<T> {
     frequency: T,
     usual_damping: T,
+    /// Mean square at the mode, input units.
+    usual_power: T,
     seen_s: T,
     missed_s: T,
+    /// It rose by itself, this long ago, s.
+    rose_s: Option<T>,
 }
 
 /// The modes that have been seen with damping.
@@ -52,6 +60,10 @@ impl<T: Real> Places<T> {
         for place in &mut self.places {
             if let Some(there) = place {
                 there.missed_s += period_s;
+                there.rose_s = there
+                    .rose_s
+                    .map(|age_s| age_s + period_s)
+                    .filter(|age_s| *age_s < T::from_f64(ROSE_S));
                 if there.missed_s > T::from_f64(FORGET_S) {
                     *place = None;
                 }
@@ -64,7 +76,7 @@ impl<T: Real> Places<T> {
         &mut self,
         frequency: T,
         damping: T,
-        share: T,
+        (share, power): (T, T),
         config: &AlarmConfig<T>,
         period_s: T,
     ) {
@@ -78,10 +90,40 @@ impl<T: Real> Places<T> {
             there.seen_s = (there.seen_s + period_s).min(T::from_f64(USUAL_TAU_S));
             let gain = (period_s / there.seen_s).min(T::ONE);
             there.usual_damping += gain * (usual - there.usual_damping);
+            there.usual_power += gain * (power - there.usual_power);
             there.frequency += gain * (frequency - there.frequency);
             there.missed_s = T::ZERO;
             return;
         }
+        self.remember(Place {
+            frequency,
+            usual_damping: usual,
+            usual_power: power,
+            seen_s: period_s,
+            missed_s: T::ZERO,
+            rose_s: None,
+        });
+    }
+
+    /// A line at this frequency has risen by itself just now.
+    pub fn rose(&mut self, frequency: T, config: &AlarmConfig<T>) {
+        if let Some(there) = self.at_mut(frequency) {
+            there.rose_s = Some(T::ZERO);
+            there.missed_s = T::ZERO;
+            return;
+        }
+        self.remember(Place {
+            frequency,
+            usual_damping: config.threshold * T::from_f64(2.0),
+            usual_power: T::ZERO,
+            seen_s: T::ZERO,
+            missed_s: T::ZERO,
+            rose_s: Some(T::ZERO),
+        });
+    }
+
+    /// In the place of the one that was not seen for longest.
+    fn remember(&mut self, new: Place<T>) {
         let mut stalest: Option<&mut Option<Place<T>>> = None;
         for place in &mut self.places {
             let age = |p: &Option<Place<T>>| p.map_or(T::from_f64(1e9), |p| p.missed_s);
@@ -90,12 +132,7 @@ impl<T: Real> Places<T> {
             }
         }
         if let Some(place) = stalest {
-            *place = Some(Place {
-                frequency,
-                usual_damping: usual,
-                seen_s: period_s,
-                missed_s: T::ZERO,
-            });
+            *place = Some(new);
         }
     }
 
@@ -108,10 +145,18 @@ impl<T: Real> Places<T> {
             .map_or(unknown, |there| there.usual_damping)
     }
 
-    /// A mode was seen here with damping that it can have lost.
-    pub fn was_watched(&self, frequency: T) -> bool {
+    /// A mode was seen here with damping that it can have lost, and its power has grown
+    /// by 6 dB since.
+    pub fn has_grown(&self, frequency: T, power: T) -> bool {
+        self.at(frequency).is_some_and(|there| {
+            there.seen_s >= T::from_f64(WATCHED_S) && power > there.usual_power * T::from_f64(GROWN)
+        })
+    }
+
+    /// A line rose here by itself within the last second.
+    pub fn has_risen(&self, frequency: T) -> bool {
         self.at(frequency)
-            .is_some_and(|there| there.seen_s >= T::from_f64(WATCHED_S))
+            .is_some_and(|there| there.rose_s.is_some())
     }
 
     fn at(&self, frequency: T) -> Option<&Place<T>> {
@@ -140,9 +185,10 @@ mod tests {
     const PERIOD_S: f64 = 0.002;
 
     fn watch(places: &mut Places<f64>, f: f64, zeta: f64, share: f64, seconds: f64) {
+        let config = AlarmConfig::default();
         for _ in 0..(seconds / PERIOD_S) as usize {
             places.age(PERIOD_S);
-            places.see(f, zeta, share, &AlarmConfig::default(), PERIOD_S);
+            places.see(f, zeta, (share, 1.0), &config, PERIOD_S);
         }
     }
 
@@ -151,16 +197,17 @@ mod tests {
         let config = AlarmConfig::default();
         let mut places = Places::default();
         watch(&mut places, 980.0, 0.04, 0.5, 0.1);
-        assert!(!places.was_watched(980.0), "too short");
+        assert!(!places.has_grown(980.0, 9.0), "too short");
         watch(&mut places, 980.0, 0.04, 0.5, 1.0);
-        assert!(places.was_watched(1000.0) && !places.was_watched(1030.0));
+        assert!(places.has_grown(1000.0, 4.1) && !places.has_grown(1000.0, 3.9));
+        assert!(!places.has_grown(1030.0, 9.0), "another place");
         assert!((places.usual_damping(975.0, &config) - 0.04).abs() < 1e-9);
         assert_eq!(places.usual_damping(700.0, &config), 0.02);
         // Undamped it is remembered as it was, for a while.
         watch(&mut places, 980.0, 0.001, 0.9, 4.0);
-        assert!(places.was_watched(980.0));
+        assert!(places.has_grown(980.0, 9.0));
         watch(&mut places, 980.0, 0.001, 0.9, 2.0);
-        assert!(!places.was_watched(980.0));
+        assert!(!places.has_grown(980.0, 9.0));
     }
 
     #[test]
@@ -171,12 +218,25 @@ mod tests {
         watch(&mut places, 900.0, 0.03, 0.01, 2.0);
         watch(&mut places, f64::NAN, f64::NAN, f64::NAN, 2.0);
         for f in [500.0, 700.0, 900.0, f64::NAN] {
-            assert!(!places.was_watched(f));
+            assert!(!places.has_grown(f, 1e9));
         }
         // More modes than places: the one unseen for longest goes.
         for k in 0..12 {
             watch(&mut places, 300.0 * 1.1f64.powi(k), 0.03, 0.5, 0.3);
         }
-        assert!(!places.was_watched(300.0) && places.was_watched(300.0 * 1.1f64.powi(11)));
+        assert!(!places.has_grown(300.0, 9.0));
+        assert!(places.has_grown(300.0 * 1.1f64.powi(11), 9.0));
+    }
+
+    #[test]
+    fn a_line_that_rose_is_remembered_for_a_second() {
+        let mut places = Places::<f64>::default();
+        places.rose(900.0, &AlarmConfig::default());
+        assert!(places.has_risen(905.0) && !places.has_risen(950.0));
+        assert!(!places.has_grown(900.0, 1e9), "it was never damped");
+        for _ in 0..520 {
+            places.age(PERIOD_S);
+        }
+        assert!(!places.has_risen(905.0));
     }
 }

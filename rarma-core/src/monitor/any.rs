@@ -2,6 +2,7 @@
 
 use super::{Monitor, MonitorConfig, MonitorError, Report};
 use crate::condition::{Fault, HealthCounts};
+use crate::decide::Histogram;
 use crate::order::Order;
 use crate::real::Real;
 
@@ -48,6 +49,13 @@ macro_rules! any_monitor {
             pub fn pulse(&mut self, fraction: T) {
                 match self {
                     $(Self::$variant(m) => m.pulse(fraction),)*
+                }
+            }
+
+            /// See [`Monitor::histogram`].
+            pub fn histogram(&self) -> Histogram<T> {
+                match self {
+                    $(Self::$variant(m) => m.histogram(),)*
                 }
             }
 

@@ -4,6 +4,7 @@
 //! decimated sample gets a new model and new roots; every
 //! [`DECISION_PERIOD_S`] the modes are read, with their uncertainty, and judged.
 
+mod amplitude;
 mod any;
 mod config;
 mod pair;
@@ -12,6 +13,7 @@ mod slot;
 mod spindle;
 mod verdict;
 
+pub use amplitude::AmplitudeReport;
 pub use any::AnyMonitor;
 pub use config::{DECISION_PERIOD_S, LEAST_MEMORY, MonitorConfig, MonitorError};
 pub use pair::{ALONE_CONFIRMATIONS, PairConfig, PairError, PairMonitor, PairReport};
@@ -19,10 +21,11 @@ pub use report::{MAX_MODES, Report};
 pub use spindle::{SpeedSource, SpindleReport};
 
 use crate::condition::{Band, BandFilter, Fault, Health, HealthCounts};
-use crate::decide::{Alarm, Background, IdleFinder, Places};
+use crate::decide::{Alarm, Background, Histogram, IdleFinder, Onset, Places};
 use crate::estimate::{RecursiveArma, Status};
 use crate::real::Real;
 use crate::spectrum::{FactorTracker, Tracking, isolate};
+use amplitude::AmplitudeWatch;
 use slot::{Gains, Slot};
 use spindle::Spindle;
 
@@ -52,6 +55,8 @@ pub struct Monitor<T, const P: usize, const Q: usize, const N: usize> {
     idle: IdleFinder<T>,
     background: Background<T>,
     places: Places<T>,
+    onset: Onset<T>,
+    amplitude: AmplitudeWatch<T>,
     alarm: Alarm<T>,
     spindle: Spindle<T>,
     band: (T, T),
@@ -94,6 +99,8 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             idle: IdleFinder::new(period_s),
             background: Background::default(),
             places: Places::default(),
+            onset: Onset::default(),
+            amplitude: AmplitudeWatch::new(fs, period_s),
             alarm: Alarm::new(config.alarm()),
             spindle: Spindle::new(config, fs),
             band: (T::from_f64(band.low_hz), T::from_f64(band.high_hz)),
@@ -145,6 +152,11 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
         self.spindle.pulse(self.samples, fraction);
     }
 
+    /// Histogram of the squared amplitude of the mode that is followed, for display.
+    pub fn histogram(&self) -> Histogram<T> {
+        self.amplitude.histogram()
+    }
+
     /// Counts of bad samples since the start.
     pub fn health(&self) -> HealthCounts {
         self.health.counts()
@@ -187,6 +199,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             }
             _ => self.lost = self.roots.track(self.model.a()) == Tracking::Searching,
         }
+        self.amplitude.listen(y);
         let a = self.model.a();
         let filtered = self.model.filtered_outputs();
         for (slot, factor) in self.slots.iter_mut().zip(self.roots.factors(P)) {

@@ -1,7 +1,8 @@
 //! What a monitor says at each decision.
 
+use super::amplitude::AmplitudeReport;
 use super::spindle::SpindleReport;
-use crate::decide::{AlarmEvent, Label, Mode, Reason, Standing, State};
+use crate::decide::{AlarmEvent, Label, Mode, Reason, State};
 use crate::real::Real;
 
 /// Most modes a report holds: half the largest p.
@@ -24,26 +25,20 @@ pub struct Report<T> {
     pub modes: [Option<Mode<T>>; MAX_MODES],
     /// What is known of the spindle.
     pub spindle: SpindleReport<T>,
+    /// What the amplitude of the mode that matters says.
+    pub amplitude: Option<AmplitudeReport<T>>,
     /// The alarm that stands: mean frequency (Hz) and lowest damping so far.
     pub standing: Option<(T, T)>,
 }
 
 impl<T: Real> Report<T> {
-    /// Sorts the modes and labels the one an alarm stands on.
-    pub(super) fn new(
-        sample: u64,
-        state: State,
-        reason: Reason,
-        event: AlarmEvent<T>,
-        level: T,
-        modes: &[Option<Mode<T>>; MAX_MODES],
-        spindle: SpindleReport<T>,
-        standing: Option<&Standing<T>>,
-    ) -> Self {
+    /// Sorts the modes by frequency and labels the one an alarm stands on, which is in
+    /// place `alarm` as the modes come.
+    pub(super) fn in_order(mut self, alarm: Option<usize>) -> Self {
         let mut sorted: [Option<Mode<T>>; MAX_MODES] = [None; MAX_MODES];
-        for (slot, mode) in modes.iter().enumerate() {
+        for (slot, mode) in self.modes.iter().enumerate() {
             let Some(mut mode) = *mode else { continue };
-            if standing.is_some_and(|s| s.slot == slot) {
+            if alarm == Some(slot) {
                 mode.label = Label::SelfExcited;
             }
             // Carried along: each place keeps the lower of the two.
@@ -59,15 +54,7 @@ impl<T: Real> Report<T> {
                 }
             }
         }
-        Self {
-            sample,
-            state,
-            reason,
-            event,
-            level,
-            modes: sorted,
-            spindle,
-            standing: standing.map(|s| (s.frequency, s.lowest_damping)),
-        }
+        self.modes = sorted;
+        self
     }
 }

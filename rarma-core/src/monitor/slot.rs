@@ -63,6 +63,8 @@ pub(super) struct Surroundings<'a, T> {
     pub(super) config: &'a AlarmConfig<T>,
     /// Idle has been heard, so that its tones mean something.
     pub(super) idle_known: bool,
+    /// A cut has just begun: forced lines come up as well.
+    pub(super) entering: bool,
     /// Mean square of the band.
     pub(super) power: T,
 }
@@ -120,7 +122,8 @@ impl<T: Real> Slot<T> {
             origin: self.origin(frequency, sd.frequency, harmonic, around),
             harmonic,
             in_band: frequency >= around.band.0 && frequency <= around.band.1,
-            watched: around.places.was_watched(frequency),
+            grew: (around.places.has_grown(frequency, here) && !around.entering)
+                || around.places.has_risen(frequency),
             evidence: self.evidence(),
         };
         (reading, here)

@@ -183,6 +183,11 @@ impl<T: Real> Spindle<T> {
         self.read_tacho(now);
     }
 
+    /// A cut has just begun.
+    pub(super) fn is_entering(&self) -> bool {
+        self.entering_s > T::ZERO
+    }
+
     /// A tacho leads the lines.
     fn read_tacho(&mut self, now: u64) {
         let Some(tacho) = &self.tacho else { return };

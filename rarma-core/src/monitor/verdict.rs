@@ -50,6 +50,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             let mut readings = [None; MAX_MODES];
             self.find_again();
             self.places.age(self.period_s);
+            self.onset.note(self.power, self.period_s);
             for (k, place) in readings.iter_mut().enumerate().take(P.div_ceil(2)) {
                 *place = self.read_mode(k);
             }
@@ -67,6 +68,10 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
         } else if self.alarm.standing().is_some() && self.fault_s > T::from_f64(ALARM_HOLD_S) {
             event = self.alarm.release();
         }
+        let alarm_hz = self.alarm.standing().map(|standing| standing.frequency);
+        if ready && !bad {
+            self.amplitude.follow(&modes, alarm_hz, self.period_s);
+        }
         if let AlarmEvent::Off { .. } = event {
             for slot in &mut self.slots {
                 slot.clear();
@@ -80,16 +85,19 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             _ if lost && self.alarm.standing().is_none() => (State::Starting, Reason::RootsLost),
             _ => self.alarm.judge(&modes, cutting),
         };
-        Report::new(
-            self.samples,
+        let standing = self.alarm.standing();
+        let report = Report {
+            sample: self.samples,
             state,
             reason,
             event,
             level,
-            &modes,
-            self.spindle.report(),
-            self.alarm.standing(),
-        )
+            modes,
+            spindle: self.spindle.report(),
+            amplitude: self.amplitude.report(),
+            standing: standing.map(|s| (s.frequency, s.lowest_damping)),
+        };
+        report.in_order(standing.map(|s| s.slot))
     }
 
     /// What rings at idle is not the cut.
@@ -157,6 +165,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
                 places: &self.places,
                 config: self.alarm.config(),
                 idle_known: self.idle.idle_level().is_some(),
+                entering: self.spindle.is_entering(),
                 power: self.rest_power,
             };
             slot.read(&modal, &sd, &around)
@@ -189,8 +198,17 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
                 reading.share_of_all = *here / self.power;
             }
             let ((f, _), (zeta, _)) = (reading.frequency, reading.damping);
-            self.places
-                .see(f, zeta, reading.share, self.alarm.config(), self.period_s);
+            self.places.see(
+                f,
+                zeta,
+                (reading.share, *here),
+                self.alarm.config(),
+                self.period_s,
+            );
+            let line = self.alarm.config().may_be_line(reading.damping);
+            if line && self.onset.rose_alone(*here, self.power) {
+                self.places.rose(f, self.alarm.config());
+            }
             *mode = Some(
                 slot.track
                     .update(reading, self.alarm.config(), self.period_s),

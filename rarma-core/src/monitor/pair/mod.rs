@@ -10,7 +10,7 @@ mod fuse;
 
 pub use config::{ALONE_CONFIRMATIONS, PairConfig, PairError};
 
-use super::{AnyMonitor, MAX_MODES, Report};
+use super::{AnyMonitor, MAX_MODES, Report, SpindleReport};
 use crate::condition::{Fault, HealthCounts};
 use crate::decide::{
     Agreement, AlarmConfig, AlarmEvent, ChannelFault, ChannelWatch, Dropped, Label, Mode,
@@ -336,7 +336,19 @@ impl<T: Real> PairMonitor<T> {
         let last = [0, 1].map(|i| self.channels[i].last.filter(|_| listened[i]));
         let (state, reason) = fuse::state(self.alarm.is_some(), &last, dropped);
         let level = self.channels[lead].last.map_or(T::ZERO, |r| r.level);
-        let mut report = Report::new(self.samples, state, reason, event, level, &fused, None);
+        let leading = self.channels[lead].last;
+        let mut report = Report {
+            sample: self.samples,
+            state,
+            reason,
+            event,
+            level,
+            modes: fused,
+            spindle: leading.map_or(SpindleReport::default(), |r| r.spindle),
+            amplitude: leading.and_then(|r| r.amplitude),
+            standing: None,
+        }
+        .in_order(None);
         if let Some(alarm) = self.alarm {
             report.standing = Some((alarm.frequency, alarm.lowest_damping));
             let near = |m: &&mut Mode<T>| is_near(m.frequency, alarm.frequency);

@@ -1,0 +1,88 @@
+//! Did a line rise by itself? What tells self-excitation where the speed is unknown.
+//!
+//! Rate: decision rate. When a tool enters, everything rises: the contact is heard in
+//! all of the band, and forced lines come with it. A self-excited vibration grows out of
+//! a cut that goes on as before.
+
+use crate::real::Real;
+
+/// Steps of history, and the length of one, s.
+const STEPS: usize = 10;
+const STEP_S: f64 = 0.05;
+/// The line alone has this many times (9 dB) the power that the whole band had …
+const ALONE: f64 = 8.0;
+/// … and everything else no more than this many times (6 dB).
+const OTHERS: f64 = 4.0;
+
+/// The band's power over the last half second.
+#[derive(Debug, Clone)]
+pub struct Onset<T> {
+    history: [T; STEPS],
+    filled: usize,
+    left_s: T,
+}
+
+impl<T: Real> Default for Onset<T> {
+    fn default() -> Self {
+        Self {
+            history: [T::ZERO; STEPS],
+            filled: 0,
+            left_s: T::ZERO,
+        }
+    }
+}
+
+impl<T: Real> Onset<T> {
+    /// Time passes; `power` is the mean square of the band now.
+    pub fn note(&mut self, power: T, period_s: T) {
+        self.left_s -= period_s;
+        if self.left_s > T::ZERO {
+            return;
+        }
+        self.left_s += T::from_f64(STEP_S);
+        self.history.rotate_right(1);
+        if let Some(newest) = self.history.first_mut() {
+            *newest = power;
+        }
+        self.filled = (self.filled + 1).min(STEPS);
+    }
+
+    /// The line of power `line` in a band of power `power` has risen by itself within
+    /// the last half second: against the powers of 0.15 to 0.5 s ago, each by itself.
+    pub fn rose_alone(&self, line: T, power: T) -> bool {
+        let rest = (power - line).max(T::ZERO);
+        self.history[..self.filled].iter().skip(3).any(|before| {
+            *before > T::ZERO
+                && line > *before * T::from_f64(ALONE)
+                && rest < *before * T::from_f64(OTHERS)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn heard(powers: &[(f64, f64)]) -> Onset<f64> {
+        let mut onset = Onset::default();
+        for (power, seconds) in powers {
+            for _ in 0..(seconds / 0.002) as usize {
+                onset.note(*power, 0.002);
+            }
+        }
+        onset
+    }
+
+    #[test]
+    fn a_line_that_grows_in_a_steady_cut_rose_alone() {
+        let cut = heard(&[(1.0, 2.0), (30.0, 0.1)]);
+        assert!(cut.rose_alone(28.0, 30.0));
+        assert!(!cut.rose_alone(5.0, 6.0), "too little");
+        assert!(!cut.rose_alone(20.0, 30.0), "the rest has grown with it");
+        // Half a second later it is no news.
+        let late = heard(&[(1.0, 2.0), (30.0, 0.7)]);
+        assert!(!late.rose_alone(28.0, 30.0));
+        assert!(!Onset::default().rose_alone(28.0, 30.0), "nothing before");
+        assert!(!cut.rose_alone(f64::NAN, 30.0));
+    }
+}
