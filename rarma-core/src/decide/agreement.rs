@@ -106,6 +106,7 @@ mod tests {
             damping_sd,
             amplitude: 1.0,
             share: 0.6,
+            share_of_all: 0.6,
             gradient: 0.0,
             time_left_s: None,
             label: Label::Structural,

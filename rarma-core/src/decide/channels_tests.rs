@@ -11,6 +11,7 @@ fn mode(damping: f64, damping_sd: f64) -> Mode<f64> {
         damping_sd,
         amplitude: 1.0,
         share: 0.6,
+        share_of_all: 0.6,
         gradient: 0.0,
         time_left_s: None,
         label: Label::Structural,
