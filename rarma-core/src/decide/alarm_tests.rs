@@ -28,6 +28,7 @@ impl Bench {
             share_of_all: share,
             origin: Origin::Free,
             harmonic: None,
+            harmonic_is_sure: true,
             in_band: true,
             grew: false,
             evidence: Evidence::default(),

@@ -63,6 +63,14 @@ impl<T: Real> Rotation<T> {
         ((ratio - nearest).abs() * spindle <= width).then(|| nearest.to_f32() as u32)
     }
 
+    /// The same speed, taken for certain.
+    pub fn without_doubt(self) -> Self {
+        Self {
+            doubt: T::ZERO,
+            ..self
+        }
+    }
+
     /// Multiple `n` of the spindle is also an odd multiple of half the tooth frequency,
     /// where period-two (flip) chatter lies: with an even number of teeth, and up to
     /// [`HIGHEST_FLIP_HALVES`] of them.

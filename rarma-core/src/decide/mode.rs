@@ -72,6 +72,8 @@ pub struct Reading<T> {
     pub origin: Origin,
     /// Multiple of the spindle frequency.
     pub harmonic: Option<u32>,
+    /// It is one without any doubt about the speed.
+    pub harmonic_is_sure: bool,
     /// Inside the band that is analysed.
     pub in_band: bool,
     /// It has grown out of damping, or risen by itself: where its origin is unknown, it
@@ -252,8 +254,10 @@ impl<T: Real> ModeTrack<T> {
         let (held, left_s) = self.excused;
         let hold_s = match reading.origin {
             Origin::Rotation => {
-                self.rotation_s = (self.rotation_s + period_s).min(T::ONE);
-                if self.rotation_s >= T::from_f64(ROTATION_PROVEN_S) {
+                if reading.harmonic_is_sure {
+                    self.rotation_s = (self.rotation_s + period_s).min(T::ONE);
+                }
+                if reading.harmonic_is_sure && self.rotation_s >= T::from_f64(ROTATION_PROVEN_S) {
                     T::from_f64(ROTATION_HOLD_S)
                 } else {
                     T::ZERO

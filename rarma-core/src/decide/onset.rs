@@ -14,12 +14,17 @@ const ALONE: f64 = 8.0;
 /// … and everything else no more than this many times (6 dB).
 const OTHERS: f64 = 4.0;
 
+/// Memory of the usual power, s, and by how much (3 dB) a band is louder than usual.
+const USUAL_TAU_S: f64 = 2.0;
+const LOUDER: f64 = 2.0;
+
 /// The band's power over the last half second.
 #[derive(Debug, Clone)]
 pub struct Onset<T> {
     history: [T; STEPS],
     filled: usize,
     left_s: T,
+    usual: T,
 }
 
 impl<T: Real> Default for Onset<T> {
@@ -28,6 +33,7 @@ impl<T: Real> Default for Onset<T> {
             history: [T::ZERO; STEPS],
             filled: 0,
             left_s: T::ZERO,
+            usual: T::ZERO,
         }
     }
 }
@@ -40,11 +46,20 @@ impl<T: Real> Onset<T> {
             return;
         }
         self.left_s += T::from_f64(STEP_S);
+        self.usual = match self.filled {
+            0 => power,
+            _ => self.usual + (power - self.usual) * T::from_f64(STEP_S / USUAL_TAU_S),
+        };
         self.history.rotate_right(1);
         if let Some(newest) = self.history.first_mut() {
             *newest = power;
         }
         self.filled = (self.filled + 1).min(STEPS);
+    }
+
+    /// The band is louder by 3 dB than it was over the last seconds.
+    pub fn is_louder(&self, power: T) -> bool {
+        self.filled > 0 && power > self.usual * T::from_f64(LOUDER)
     }
 
     /// The line of power `line` in a band of power `power` has risen by itself within
@@ -84,5 +99,6 @@ mod tests {
         assert!(!late.rose_alone(28.0, 30.0));
         assert!(!Onset::default().rose_alone(28.0, 30.0), "nothing before");
         assert!(!cut.rose_alone(f64::NAN, 30.0));
+        assert!(cut.is_louder(30.0) && !late.is_louder(1.0) && !cut.is_louder(f64::NAN));
     }
 }

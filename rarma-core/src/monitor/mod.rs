@@ -67,6 +67,8 @@ pub struct Monitor<T, const P: usize, const Q: usize, const N: usize> {
     /// Mean square of the band, and of what is left of it without the spindle's lines.
     power: T,
     rest_power: T,
+    /// Power of the loudest mode.
+    loudest: T,
     power_gain: T,
     samples: u64,
     until_decision: u32,
@@ -113,6 +115,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             gains: Gains::new(fs),
             power: T::ZERO,
             rest_power: T::ZERO,
+            loudest: T::ZERO,
             power_gain: T::from_f64((1.0 / (POWER_TAU_S * fs)).min(1.0)),
             samples: 0,
             until_decision: decision_every,

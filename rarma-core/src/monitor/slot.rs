@@ -1,5 +1,6 @@
 //! One tracked mode: what is gathered of it at every sample, and read at a decision.
 
+use super::spindle::Spindle;
 use crate::decide::{
     AlarmConfig, Background, Evidence, ModeTrack, Origin, Places, Reading, Rotation, SequentialTest,
 };
@@ -58,13 +59,15 @@ pub(super) struct Surroundings<'a, T> {
     pub(super) fs: T,
     pub(super) band: (T, T),
     pub(super) rotation: Rotation<T>,
+    pub(super) spindle: &'a Spindle<T>,
     pub(super) background: &'a Background<T>,
     pub(super) places: &'a Places<T>,
     pub(super) config: &'a AlarmConfig<T>,
     /// Idle has been heard, so that its tones mean something.
     pub(super) idle_known: bool,
-    /// A cut has just begun: forced lines come up as well.
-    pub(super) entering: bool,
+    /// The band is louder than it was, and that not because a cut has just begun, when
+    /// forced lines come up as well.
+    pub(super) louder: bool,
     /// Mean square of the band.
     pub(super) power: T,
 }
@@ -121,8 +124,13 @@ impl<T: Real> Slot<T> {
             share_of_all: T::ZERO,
             origin: self.origin(frequency, sd.frequency, harmonic, around),
             harmonic,
+            harmonic_is_sure: around
+                .rotation
+                .without_doubt()
+                .harmonic(frequency, sd.frequency)
+                .is_some(),
             in_band: frequency >= around.band.0 && frequency <= around.band.1,
-            grew: (around.places.has_grown(frequency, here) && !around.entering)
+            grew: (around.louder && around.places.has_grown(frequency, here))
                 || around.places.has_risen(frequency),
             evidence: self.evidence(),
         };
@@ -154,7 +162,7 @@ impl<T: Real> Slot<T> {
         if around.idle_known && around.background.explains(frequency, sd, amplitude) {
             return Origin::Background;
         }
-        if around.rotation.spindle_hz.is_none() {
+        if around.rotation.spindle_hz.is_none() || around.spindle.is_doubtful(frequency, sd) {
             return Origin::Unknown;
         }
         Origin::Free

@@ -19,8 +19,8 @@ const LINES: usize = 32;
 const FOUND_HOLD_S: f64 = 3.0;
 /// After the level has risen from idle to a cut the speed is in doubt for this long, s,
 /// by this part of it: a spindle that is loaded dips by up to 1 % and is back after half
-/// a second.
-const ENTERING: (f64, f64) = (0.6, 0.013);
+/// a second; the sound tells it 0.2 s later.
+const ENTERING: (f64, f64) = (0.8, 0.013);
 /// A told speed that the sound has not confirmed is in doubt for this long of cutting,
 /// s, by this part of it: a mill told 4500 rpm turned at 4577.
 const UNCONFIRMED: (f64, f64) = (0.8, 0.02);
@@ -73,7 +73,10 @@ pub(super) struct Spindle<T> {
     teeth: Option<u32>,
     /// Speed and its deviation as found in the sound, and how long ago, s.
     found: Option<((T, T), T)>,
+    /// A comb that may be a chatter's, Hz, and how long ago it was heard, s.
+    doubtful: Option<(T, T)>,
     contradiction: Option<(T, T)>,
+    low_hz: T,
     tacho_reading: Option<(T, T)>,
     tacho_fault: Option<TachoFault>,
     entering_s: T,
@@ -113,7 +116,9 @@ impl<T: Real> Spindle<T> {
             told: told.map(T::from_f64),
             teeth,
             found: None,
+            doubtful: None,
             contradiction: None,
+            low_hz: T::from_f64(band.low_hz),
             tacho_reading: None,
             tacho_fault: None,
             entering_s: T::ZERO,
@@ -147,6 +152,12 @@ impl<T: Real> Spindle<T> {
     fn take(&mut self, finding: Finding<T>) {
         let (speed, sd) = match finding {
             Finding::NotEstimable => return,
+            // A chatter and its overtones are a comb as well: one that nobody told of,
+            // with its first line in the band, proves no rotation.
+            Finding::Found(comb) if self.told.is_none() && comb.spacing_hz >= self.low_hz => {
+                self.doubtful = Some((comb.spacing_hz, T::ZERO));
+                return;
+            }
             Finding::Found(comb) => {
                 self.contradiction = None;
                 self.unconfirmed_s = T::ZERO;
@@ -154,7 +165,8 @@ impl<T: Real> Spindle<T> {
             }
             Finding::Contradiction { told_hz, found_hz } => {
                 self.contradiction = Some((told_hz, found_hz));
-                (found_hz, found_hz * T::from_f64(SPEED_ACCURACY))
+                self.doubtful = Some((found_hz, T::ZERO));
+                return;
             }
         };
         self.found = Some(((speed, sd), T::ZERO));
@@ -178,6 +190,10 @@ impl<T: Real> Spindle<T> {
         }
         self.found = self
             .found
+            .map(|(speed, age_s)| (speed, age_s + period_s))
+            .filter(|(_, age_s)| *age_s < T::from_f64(FOUND_HOLD_S));
+        self.doubtful = self
+            .doubtful
             .map(|(speed, age_s)| (speed, age_s + period_s))
             .filter(|(_, age_s)| *age_s < T::from_f64(FOUND_HOLD_S));
         self.read_tacho(now);
@@ -249,10 +265,21 @@ impl<T: Real> Spindle<T> {
         Rotation {
             spindle_hz: Some(speed),
             // Half the tooth frequency means something for the spindle's own multiples.
-            teeth: self.teeth.filter(|_| self.contradiction.is_none()),
+            teeth: self.teeth,
             accuracy: width,
             doubt,
         }
+    }
+
+    /// `f` lies on a comb that may be one of rotation or the overtones of a chatter.
+    pub(super) fn is_doubtful(&self, f: T, sd: T) -> bool {
+        let comb = Rotation {
+            spindle_hz: self.doubtful.map(|(speed, _)| speed),
+            teeth: None,
+            accuracy: T::from_f64(SPEED_ACCURACY),
+            doubt: T::ZERO,
+        };
+        comb.harmonic(f, sd).is_some()
     }
 
     /// For the report.

@@ -2,7 +2,7 @@
 
 use super::slot::{Slot, Surroundings};
 use super::{MAX_MODES, Monitor, Report};
-use crate::decide::{AlarmEvent, Mode, Reading, Reason, State};
+use crate::decide::{AlarmEvent, CUT_RATIO, Mode, Reading, Reason, State};
 use crate::real::Real;
 use crate::spectrum::{deviation, modal};
 
@@ -41,7 +41,13 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
         let cutting = self
             .idle
             .update(level, told_idle, settled && self.trusts_samples());
-        let begins = cutting && !was_in_cut && self.idle.idle_level().is_some();
+        // One line that grows is no entry: a tool that enters is heard in all of the band.
+        let rest = (self.power - self.loudest).max(T::ZERO);
+        let broad = self
+            .idle
+            .idle_level()
+            .is_some_and(|idle| rest > idle * idle * T::from_f64(CUT_RATIO));
+        let begins = cutting && !was_in_cut && broad;
         self.spindle
             .decide(self.samples, cutting, begins, self.period_s);
 
@@ -161,11 +167,12 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
                 fs: self.fs,
                 band: self.band,
                 rotation: self.spindle.rotation(),
+                spindle: &self.spindle,
                 background: &self.background,
                 places: &self.places,
                 config: self.alarm.config(),
                 idle_known: self.idle.idle_level().is_some(),
-                entering: self.spindle.is_entering(),
+                louder: self.onset.is_louder(self.power) && !self.spindle.is_entering(),
                 power: self.rest_power,
             };
             slot.read(&modal, &sd, &around)
@@ -179,10 +186,12 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
         modes: &mut [Option<Mode<T>>; MAX_MODES],
     ) {
         let mut explained = T::ZERO;
+        self.loudest = T::ZERO;
         for (reading, here) in readings.iter().flatten() {
             if reading.origin.explains() {
                 explained += *here;
             }
+            self.loudest = self.loudest.max(*here);
         }
         for ((reading, slot), mode) in readings.iter_mut().zip(&mut self.slots).zip(modes) {
             let Some((reading, here)) = reading else {
