@@ -139,7 +139,9 @@ impl Followed {
         // Beyond 0.2 a pole is the background's, not a mode's.
         let free = || {
             let candidates = modes.iter().flatten();
-            candidates.filter(|m| m.label != Label::Forced && m.damping < 0.2)
+            // A line of unknown origin is labelled forced, too, and is followed.
+            let explained = |m: &Mode<f32>| m.label == Label::Forced && m.origin.explains();
+            candidates.filter(move |m| !explained(m) && m.damping < 0.2)
         };
         let off = |m: &Mode<f32>, f: f32| (m.frequency / f - 1.0).abs();
         let found = match self.f_hz {

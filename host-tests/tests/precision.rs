@@ -4,8 +4,8 @@
 use host_tests::resources::{Known, shared_or_skip};
 use host_tests::signal;
 use host_tests::statistics::quantile;
-use rarma_core::decide::{AlarmEvent, Mode, State};
-use rarma_core::monitor::{MonitorConfig, Report};
+use rarma_core::decide::{AlarmEvent, Evidence, Mode, State};
+use rarma_core::monitor::{MonitorConfig, Report, SpindleReport};
 use rarma_core::{AnyMonitor, Order, Real};
 
 /// Longest difference of an alarm's time between single and double precision, s:
@@ -58,11 +58,24 @@ fn widened<T: Real>(report: &Report<T>) -> Report<f64> {
                 damping_sd: m.damping_sd.to_f64(),
                 amplitude: m.amplitude.to_f64(),
                 share: m.share.to_f64(),
+                share_of_all: m.share_of_all.to_f64(),
                 gradient: m.gradient.to_f64(),
+                time_left_s: m.time_left_s.map(T::to_f64),
                 label: m.label,
+                origin: m.origin,
                 harmonic: m.harmonic,
+                suspicion: m.suspicion.to_f64(),
+                evidence: Evidence {
+                    lost: m.evidence.lost.to_f64(),
+                    lost_from_usual: m.evidence.lost_from_usual.to_f64(),
+                    regained: m.evidence.regained.to_f64(),
+                    usual_again: m.evidence.usual_again.to_f64(),
+                },
             })
         }),
+        // What is not compared here.
+        spindle: SpindleReport::default(),
+        amplitude: None,
         standing: report.standing.map(|(f, z)| (f.to_f64(), z.to_f64())),
     }
 }

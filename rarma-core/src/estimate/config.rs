@@ -163,3 +163,36 @@ impl<T: Real> RarmaConfig<T> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(gain: Gain<f64>, c_radius: f64) -> Option<ConfigError> {
+        let config = RarmaConfig {
+            gain,
+            c_radius,
+            ..RarmaConfig::default()
+        };
+        config.checked().err()
+    }
+
+    #[test]
+    fn the_step_lies_between_nothing_and_all_of_the_error() {
+        let of = |step| check(Gain::Normalised { step }, 0.998);
+        for step in [0.0, -0.0, 1e-9, 0.001, 1.0] {
+            assert_eq!(of(step), None, "{step}");
+        }
+        for step in [-1e-9, -1.0, 1.0 + 1e-9, 2.0, f64::MAX] {
+            assert_eq!(of(step), Some(ConfigError::Step), "{step}");
+        }
+        for step in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert_eq!(of(step), Some(ConfigError::NotFinite), "{step}");
+        }
+        assert_eq!(check(Gain::normalised(), 0.998), None);
+        assert_eq!(check(Gain::Covariance, 0.998), None);
+        // The first field that is out of range is named.
+        let both = check(Gain::Normalised { step: 2.0 }, 0.1);
+        assert_eq!(both, Some(ConfigError::CRadius));
+    }
+}
