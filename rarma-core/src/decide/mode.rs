@@ -72,7 +72,7 @@ pub struct Reading<T> {
     pub origin: Origin,
     /// Multiple of the spindle frequency.
     pub harmonic: Option<u32>,
-    /// It is one without any doubt about the speed.
+    /// It is one without any doubt about a speed that is heard, not merely told.
     pub harmonic_is_sure: bool,
     /// Inside the band that is analysed.
     pub in_band: bool,

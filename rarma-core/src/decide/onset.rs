@@ -17,6 +17,8 @@ const OTHERS: f64 = 4.0;
 /// Memory of the usual power, s, and by how much (3 dB) a band is louder than usual.
 const USUAL_TAU_S: f64 = 2.0;
 const LOUDER: f64 = 2.0;
+/// Of the power a moment ago: less is dying away.
+const FALLING: f64 = 0.6;
 
 /// The band's power over the last half second.
 #[derive(Debug, Clone)]
@@ -62,6 +64,12 @@ impl<T: Real> Onset<T> {
         self.filled > 0 && power > self.usual * T::from_f64(LOUDER)
     }
 
+    /// The vibration is dying away: less by 2 dB than 0.05 to 0.1 s ago. What rings on
+    /// at the end of a cut is no chatter.
+    pub fn is_falling(&self, power: T) -> bool {
+        self.filled > 1 && power < self.history[1] * T::from_f64(FALLING)
+    }
+
     /// The line of power `line` in a band of power `power` has risen by itself within
     /// the last half second: against the powers of 0.15 to 0.5 s ago, each by itself.
     pub fn rose_alone(&self, line: T, power: T) -> bool {
@@ -94,6 +102,7 @@ mod tests {
         assert!(cut.rose_alone(28.0, 30.0));
         assert!(!cut.rose_alone(5.0, 6.0), "too little");
         assert!(!cut.rose_alone(20.0, 30.0), "the rest has grown with it");
+        assert!(cut.is_falling(17.0) && !cut.is_falling(20.0));
         // Half a second later it is no news.
         let late = heard(&[(1.0, 2.0), (30.0, 0.7)]);
         assert!(!late.rose_alone(28.0, 30.0));

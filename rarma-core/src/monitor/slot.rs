@@ -124,11 +124,12 @@ impl<T: Real> Slot<T> {
             share_of_all: T::ZERO,
             origin: self.origin(frequency, sd.frequency, harmonic, around),
             harmonic,
-            harmonic_is_sure: around
-                .rotation
-                .without_doubt()
-                .harmonic(frequency, sd.frequency)
-                .is_some(),
+            harmonic_is_sure: around.spindle.is_heard()
+                && around
+                    .rotation
+                    .without_doubt()
+                    .harmonic(frequency, sd.frequency)
+                    .is_some(),
             in_band: frequency >= around.band.0 && frequency <= around.band.1,
             grew: (around.louder && around.places.has_grown(frequency, here))
                 || around.places.has_risen(frequency),

@@ -271,6 +271,12 @@ impl<T: Real> Spindle<T> {
         }
     }
 
+    /// The speed is heard, not merely told.
+    pub(super) fn is_heard(&self) -> bool {
+        self.speed()
+            .is_some_and(|(_, _, source)| source != SpeedSource::Told)
+    }
+
     /// `f` lies on a comb that may be one of rotation or the overtones of a chatter.
     pub(super) fn is_doubtful(&self, f: T, sd: T) -> bool {
         let comb = Rotation {

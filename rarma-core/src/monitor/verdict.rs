@@ -2,10 +2,12 @@
 
 use super::slot::{Slot, Surroundings};
 use super::{MAX_MODES, Monitor, Report};
-use crate::decide::{AlarmEvent, CUT_RATIO, Mode, Reading, Reason, State};
+use crate::decide::{AlarmEvent, CUT_RATIO, Mode, Origin, Reading, Reason, State};
 use crate::real::Real;
 use crate::spectrum::{deviation, modal};
 
+/// What a mode's share counts while no idle has been heard.
+const NO_IDLE: f64 = 0.33;
 /// Part of the band's power that is never taken for explained: a lock-in reads a
 /// line's power to a few percent only.
 const LEAST_REST: f64 = 0.05;
@@ -67,10 +69,9 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
         }
         let bad = !self.trusts_samples();
         let mut event = AlarmEvent::None;
+        let may_call = cutting && fault.is_none() && !self.onset.is_falling(self.power);
         if ready && !bad {
-            event = self
-                .alarm
-                .update(&modes, cutting && fault.is_none(), self.period_s);
+            event = self.alarm.update(&modes, may_call, self.period_s);
         } else if self.alarm.standing().is_some() && self.fault_s > T::from_f64(ALARM_HOLD_S) {
             event = self.alarm.release();
         }
@@ -185,6 +186,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
         readings: &mut [Option<(Reading<T>, T)>; MAX_MODES],
         modes: &mut [Option<Mode<T>>; MAX_MODES],
     ) {
+        let idle_known = self.idle.idle_level().is_some();
         let mut explained = T::ZERO;
         self.loudest = T::ZERO;
         for (reading, here) in readings.iter().flatten() {
@@ -201,7 +203,11 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
                 .max(self.rest_power * T::from_f64(LEAST_REST))
                 .max(*here);
             if rest > T::ZERO && !reading.origin.explains() {
-                reading.share = *here / rest;
+                // As long as nothing is known of idle, a line off the multiples of a told
+                // speed must be nearly all there is: it may have been there all along.
+                let doubted = reading.origin == Origin::Free && !reading.grew && !idle_known;
+                let known = T::from_f64(if doubted { NO_IDLE } else { 1.0 });
+                reading.share = known * *here / rest;
             }
             if self.power > T::ZERO {
                 reading.share_of_all = *here / self.power;

@@ -13,14 +13,14 @@ fn noise(seed: &mut u32) -> f64 {
 }
 
 /// A mode at `f` Hz under noise, damped by 5 % up to `onset` s and by 0.05 % from
-/// there on. The noise is scaled so that its level does not leap.
+/// there on. The force stays as it is, so that the vibration grows.
 fn mode(f: f64, onset: f64, seed: u32) -> impl FnMut(usize) -> f32 {
     let (mut seed, mut y1, mut y2) = (seed, 0.0, 0.0);
     move |n| {
         let zeta: f64 = if (n as f64) < onset * FS { 0.05 } else { 5e-4 };
         let w = core::f64::consts::TAU * f / FS;
         let r = (-zeta * w).exp();
-        let y = 2.0 * r * w.cos() * y1 - r * r * y2 + noise(&mut seed) * zeta.sqrt();
+        let y = 2.0 * r * w.cos() * y1 - r * r * y2 + noise(&mut seed) * 0.1;
         (y2, y1) = (y1, y);
         y as f32
     }
