@@ -46,7 +46,18 @@ fn two_channels_add_agreement_and_channels() {
     let (lines, summary) = ended.monitored();
     assert!((395..=400).contains(&lines.len()), "{}", lines.len());
     for line in &lines {
-        assert_eq!(keys(line), ["agreement", "modes", "state", "t"]);
+        assert_eq!(
+            keys(line),
+            [
+                "agreement",
+                "amplitude",
+                "modes",
+                "reason",
+                "spindle",
+                "state",
+                "t"
+            ]
+        );
         let (t, word) = (line["t"].as_f64().expect("a time"), &line["agreement"]);
         if (1.06..2.9).contains(&t) {
             assert_eq!(word, "single", "{line}");
@@ -61,8 +72,11 @@ fn two_channels_add_agreement_and_channels() {
         "alarms",
         "channels",
         "fs",
+        "notices",
         "order",
+        "removed_db",
         "samples",
+        "spindle",
         "state_seconds",
     ];
     assert_eq!(keys(&summary), wanted);
@@ -156,7 +170,7 @@ fn structure_adds_the_part_of_the_process_and_nothing_else() {
                 assert_eq!((process, process_sd), (None, None), "{mode}");
             }
             let mode = mode.as_object_mut().expect("a mode");
-            assert_eq!(mode.len(), 9, "{mode:?}");
+            assert_eq!(mode.len(), 11, "{mode:?}");
             assert!(mode.remove("zeta_process").is_some());
             assert!(mode.remove("zeta_process_sd").is_some());
         }

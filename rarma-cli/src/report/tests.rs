@@ -1,7 +1,11 @@
 //! Promises of the page as a whole.
 
 use super::*;
-use crate::record::{Alarm, Label, Line, ModeRecord, State, Summary};
+use crate::record::{
+    Alarm, AmplitudeRecord, AmplitudeVerdict, HistogramRecord, Label, Line, ModeRecord, Origin,
+    Reason, SpeedSource, SpindleRecord, SpindleSummary, State, Summary,
+};
+use rarma_core::decide::Histogram;
 
 fn mode(f: f64, zeta: f64, label: Label) -> ModeRecord {
     ModeRecord {
@@ -12,6 +16,8 @@ fn mode(f: f64, zeta: f64, label: Label) -> ModeRecord {
         amplitude: 0.1,
         label,
         harmonic: None,
+        origin: Origin::Free,
+        time_left: None,
         zeta_process: None,
         zeta_process_sd: None,
     }
@@ -26,8 +32,17 @@ fn empty() -> Run {
             order: [4, 3],
             alarms: Vec::new(),
             state_seconds: Default::default(),
+            notices: Vec::new(),
+            spindle: SpindleSummary {
+                rpm_first: None,
+                rpm_last: None,
+                locked_s: 0.0,
+                notch_hz: None,
+            },
+            removed_db: None,
             channels: None,
         },
+        histograms: Vec::new(),
     }
 }
 
@@ -44,6 +59,23 @@ fn chatter(n: usize) -> Run {
         run.lines.push(Line {
             t,
             state,
+            reason: if t < 1.0 {
+                Reason::ForcedOnly
+            } else {
+                Reason::None
+            },
+            spindle: SpindleRecord {
+                rpm: Some(4500.0 + 20.0 * t),
+                source: SpeedSource::Sound,
+                locked: t > 0.3,
+                notch_hz: 1.5,
+            },
+            amplitude: Some(AmplitudeRecord {
+                f: 898.0,
+                s: 0.05,
+                verdict: AmplitudeVerdict::SelfExcited,
+                z: -9.0,
+            }),
             modes: vec![mode(300.0, 0.001, Label::Forced), mode(898.0, zeta, label)],
             agreement: None,
         });
