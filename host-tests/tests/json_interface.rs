@@ -288,6 +288,10 @@ fn alarm_is_in_the_summary_and_in_the_exit_code() {
     let mode = nearest(last, 915.0);
     assert_eq!(word(mode, "label"), "self-excited");
     assert_eq!(mode["harmonic"], Value::Null);
+    assert_eq!(word(mode, "origin"), "free");
+    assert_eq!(last["amplitude"]["verdict"], "self-excited", "{last}");
+    let s = number(&last["amplitude"], "s");
+    assert!(s > 0.0 && s < 0.1, "{last}");
     // Peak amplitude in fractions of full scale.
     assert!((number(mode, "amplitude") - 0.2).abs() < 0.02, "{mode}");
 }
@@ -309,6 +313,8 @@ fn multiple_of_the_speed_is_forced_and_no_alarm() {
         assert!((number(mode, "f") - 900.0).abs() < 2.0, "{line}");
         assert_eq!(word(mode, "label"), "forced", "{line}");
         assert_eq!(word(line, "state"), "warning", "{line}");
+        assert_eq!(word(line, "reason"), "origin-unknown", "{line}");
+        assert_eq!(word(mode, "origin"), "unknown", "{line}");
     }
     for options in ["--rpm 1800 --teeth 6", "--rpm 1800"] {
         let ended = monitor(&file, options);
@@ -322,6 +328,8 @@ fn multiple_of_the_speed_is_forced_and_no_alarm() {
             assert!((number(mode, "f") - 900.0).abs() < 2.0, "{line}");
             assert_eq!(word(mode, "label"), "forced", "{line}");
             assert_eq!(mode["harmonic"], 30, "{line}");
+            assert_eq!(word(mode, "origin"), "rotation", "{line}");
+            assert_eq!(word(line, "reason"), "forced-only", "{line}");
             assert_eq!(word(line, "state"), "stable", "{line}");
         }
     }

@@ -80,6 +80,15 @@ fn chatter(n: usize) -> Run {
             agreement: None,
         });
     }
+    run.histograms.push(HistogramRecord {
+        t: 1.5,
+        f: 898.0,
+        counts: Histogram {
+            counts: [0, 1, 3, 30, 60, 31, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0],
+            beyond: 0,
+            bin_width: 0.25,
+        },
+    });
     run.summary.alarms.push(Alarm {
         on: 1.0,
         off: None,
@@ -117,7 +126,7 @@ fn sound(page: &str) {
         assert!(!page.contains(word), "{word}");
     }
     let figures = page.matches("<figure>").count();
-    assert_eq!(figures, 5);
+    assert_eq!(figures, 6);
     assert_eq!(page.matches("role=\"img\" aria-label=\"").count(), figures);
     assert_eq!(page.matches("<figcaption>").count(), figures);
     assert!(!page.contains("aria-label=\"\""));
@@ -140,6 +149,12 @@ fn a_chatter_page_says_so() {
     assert!(page.contains("data:image/png;base64,"));
     assert!(page.contains("still on at the end"));
     assert!(page.contains("2.99\u{a0}×"), "multiples of tooth passing");
+    // 898 − 12·4520/60 = −6 Hz at the speed of that moment.
+    assert!(page.contains("6\u{a0}Hz below 12 × 75.3\u{a0}Hz"));
+    assert!(page.contains("<td>limit cycle</td>"));
+    assert!(page.contains("S = Var V / (mean V)² = 0.05"));
+    assert!(page.contains("undamped, but something else explains it"));
+    assert!(page.contains("300\u{a0}Hz to 303\u{a0}Hz"));
 }
 
 #[test]
