@@ -227,20 +227,21 @@ fn the_spindle_is_told_as_it_was_heard() {
 fn a_wrong_speed_is_contradicted_with_both_speeds() {
     let folder = Folder::default();
     let file = forced(&folder);
-    let ended = rarma!().on("monitor", &file, "--rpm 3000 --teeth 5 --json");
+    // Not one whose multiples are the tooth's, as 3000 1/min would be: 7·50 Hz = 5·70 Hz.
+    let ended = rarma!().on("monitor", &file, "--rpm 3100 --teeth 5 --json");
     let (_, summary) = ended.monitored();
     let [notice] = &summary["notices"].as_array().expect("notices")[..] else {
         panic!("{summary}");
     };
     assert_eq!(keys(notice), ["found_rpm", "notice", "t", "told_rpm"]);
     assert_eq!(notice["notice"], "contradiction");
-    assert_eq!(notice["told_rpm"].as_f64(), Some(3000.0));
+    assert_eq!(notice["told_rpm"].as_f64(), Some(3100.0));
     let found = notice["found_rpm"].as_f64().expect("a speed");
     assert!((found / 4200.0 - 1.0).abs() < 1e-2, "{notice}");
-    let both = |text: &str| text.contains("Warning") && text.contains("3000 1/min");
+    let both = |text: &str| text.contains("Warning") && text.contains("3100 1/min");
     assert!(both(&ended.stderr), "{}", ended.stderr);
     assert!(ended.stderr.contains(&format!("{found:.0} 1/min")));
-    let words = rarma!().on("monitor", &file, "--rpm 3000 --teeth 5");
+    let words = rarma!().on("monitor", &file, "--rpm 3100 --teeth 5");
     assert_eq!(words.stderr, "");
     assert!(words.stdout.contains(ended.stderr.trim()), "{words:?}");
 }
