@@ -74,7 +74,8 @@ pub(super) fn of_alarm(scene: &Scene<'_>, alarm: &Alarm) -> Option<AmplitudeVerd
     votes.into_iter().max_by_key(|(_, n)| *n).map(|(v, _)| v)
 }
 
-/// The histogram to be shown: the last one of the first alarm, else the last one.
+/// The histogram to be shown: the last one of the first alarm, if there is one of which
+/// at most a tenth lies beyond the bins, such a one; else the last one of all.
 fn chosen<'a>(scene: &Scene<'a>) -> Option<&'a HistogramRecord> {
     let all = &scene.job.run.histograms;
     let drawable = |h: &&HistogramRecord| {
@@ -83,7 +84,9 @@ fn chosen<'a>(scene: &Scene<'a>) -> Option<&'a HistogramRecord> {
     let of_alarm = scene.spans.first().and_then(|span| {
         let there = |h: &&HistogramRecord| (h.f - span.f).abs() <= SAME * span.f;
         let during = |h: &&HistogramRecord| h.t >= span.on && h.t <= span.off;
-        all.iter().filter(drawable).filter(there).rfind(during)
+        let inside = |h: &&HistogramRecord| u32::from(h.counts.beyond) * 10 <= h.counts.total();
+        let of_it = || all.iter().filter(drawable).filter(there).filter(during);
+        of_it().rfind(inside).or_else(|| of_it().next_back())
     });
     of_alarm.or_else(|| all.iter().rfind(drawable))
 }
