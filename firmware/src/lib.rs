@@ -11,6 +11,7 @@ pub mod board;
 pub mod boards;
 pub mod link;
 pub mod monitor;
+pub mod notices;
 
 pub use app::{App, Outcome};
 pub use board::{Block, Board, BoardError, BoardErrorKind, Clock, Parts, SampleSource};

@@ -1,10 +1,14 @@
 //! The monitor duty: samples in, telemetry out. Fast path; once a sample.
 
+use crate::notices::Notices;
 use rarma_core::AnyMonitor;
 use rarma_core::condition::HealthCounts;
-use rarma_core::decide::AlarmEvent;
+use rarma_core::decide::{AlarmEvent, Histogram};
 use rarma_core::monitor::{MonitorError, Report};
-use rarma_core::wire::{AlarmMessage, Finished, MonitorJob, Telemetry, Verdict};
+use rarma_core::wire::{AlarmMessage, Finished, HistogramMessage, MonitorJob, Telemetry, Verdict};
+
+/// The distribution of the followed mode's amplitude is told this often, s.
+const HISTOGRAM_S: f64 = 1.0;
 
 /// Listens, and says at the rate asked for what it hears; alarms at once.
 #[derive(Debug, Clone)]
@@ -34,8 +38,14 @@ impl MonitorDuty {
     #[inline]
     pub fn sample(&mut self, x: f32, say: &mut impl FnMut(&Telemetry)) {
         if let Some(report) = self.monitor.push(x) {
-            self.telling.report(&report, say);
+            let histogram = || self.monitor.histogram();
+            self.telling.report(&report, histogram, say);
         }
+    }
+
+    /// A tacho pulse has just come, `fraction` of a sample before the newest sample.
+    pub fn pulse(&mut self, fraction: f32) {
+        self.monitor.pulse(fraction);
     }
 
     /// The source lost samples.
@@ -72,12 +82,22 @@ pub struct Telling {
     state_samples: [u64; 6],
     counted_to: u64,
     standing: Option<(f32, f32)>,
+    notices: Notices,
+    /// Sample of the next histogram, and samples between two.
+    next_histogram: u64,
+    histogram_samples: u64,
+    locked_samples: u64,
+    /// Sums over decisions of the power removed and of the band's: double, since a
+    /// shift has more decisions than a single-precision sum can count.
+    removed: f64,
+    heard: f64,
 }
 
 impl Telling {
     /// Nothing has been said yet.
     pub fn new(job: &MonitorJob) -> Self {
         let every_samples = job.every_s * job.monitor.fs_hz;
+        let histogram_samples = ((HISTOGRAM_S * job.monitor.fs_hz) as u64).max(1);
         Self {
             job: *job,
             next_line: every_samples as u64,
@@ -90,6 +110,12 @@ impl Telling {
             state_samples: [0; 6],
             counted_to: 0,
             standing: None,
+            notices: Notices::new(job.monitor.fs_hz),
+            next_histogram: histogram_samples,
+            histogram_samples,
+            locked_samples: 0,
+            removed: 0.0,
+            heard: 0.0,
         }
     }
 
@@ -109,6 +135,12 @@ impl Telling {
             samples,
             state_samples: self.state_samples,
             health,
+            locked_samples: self.locked_samples,
+            removed_fraction: if self.heard > 0.0 {
+                (self.removed / self.heard) as f32
+            } else {
+                0.0
+            },
             standing: self.standing,
             longest_block_us: 0,
             late_blocks: 0,
@@ -116,11 +148,23 @@ impl Telling {
         }
     }
 
-    /// Decision rate: hands what a report has to say to `say`.
-    pub fn report(&mut self, report: &Report<f32>, say: &mut impl FnMut(&Telemetry)) {
+    /// Decision rate: hands what a report has to say to `say`. `histogram` is that of the
+    /// mode that the report's amplitude is about.
+    pub fn report(
+        &mut self,
+        report: &Report<f32>,
+        histogram: impl FnOnce() -> Histogram<f32>,
+        say: &mut impl FnMut(&Telemetry),
+    ) {
+        let passed = report.sample.saturating_sub(self.counted_to);
         if let Some(count) = self.state_samples.get_mut(report.state as usize) {
-            *count += report.sample - self.counted_to;
+            *count += passed;
         }
+        if report.spindle.locked {
+            self.locked_samples += passed;
+        }
+        self.removed += f64::from(report.spindle.removed_power);
+        self.heard += f64::from(report.level * report.level);
         self.counted_to = report.sample;
         self.standing = report.standing;
         let alarm = |on, frequency, damping| {
@@ -138,6 +182,20 @@ impl Telling {
                 frequency,
                 lowest_damping,
             } => say(&alarm(false, frequency, lowest_damping)),
+        }
+        self.notices.look(report, say);
+        if report.sample >= self.next_histogram {
+            self.next_histogram =
+                report.sample - report.sample % self.histogram_samples + self.histogram_samples;
+            if let Some(amplitude) = report.amplitude {
+                let counts = histogram();
+                // A mode that has just been taken up has none yet.
+                if counts.total() > 0 {
+                    let message =
+                        HistogramMessage::new(report.sample, amplitude.frequency, &counts);
+                    say(&Telemetry::Amplitude(message));
+                }
+            }
         }
         if report.sample >= self.next_line {
             say(&Telemetry::Verdict(Verdict::from_report(report)));

@@ -2,6 +2,7 @@
 //! monitor`, and only they do; a sick channel is named there.
 
 use host_tests::files::{FLOAT, Folder, wav};
+use host_tests::forced::{Forced, ForcedConfig};
 use host_tests::{rarma, signal};
 use serde_json::Value;
 use std::path::PathBuf;
@@ -46,7 +47,18 @@ fn two_channels_add_agreement_and_channels() {
     let (lines, summary) = ended.monitored();
     assert!((395..=400).contains(&lines.len()), "{}", lines.len());
     for line in &lines {
-        assert_eq!(keys(line), ["agreement", "modes", "state", "t"]);
+        assert_eq!(
+            keys(line),
+            [
+                "agreement",
+                "amplitude",
+                "modes",
+                "reason",
+                "spindle",
+                "state",
+                "t"
+            ]
+        );
         let (t, word) = (line["t"].as_f64().expect("a time"), &line["agreement"]);
         if (1.06..2.9).contains(&t) {
             assert_eq!(word, "single", "{line}");
@@ -61,8 +73,11 @@ fn two_channels_add_agreement_and_channels() {
         "alarms",
         "channels",
         "fs",
+        "notices",
         "order",
+        "removed_db",
         "samples",
+        "spindle",
         "state_seconds",
     ];
     assert_eq!(keys(&summary), wanted);
@@ -156,7 +171,7 @@ fn structure_adds_the_part_of_the_process_and_nothing_else() {
                 assert_eq!((process, process_sd), (None, None), "{mode}");
             }
             let mode = mode.as_object_mut().expect("a mode");
-            assert_eq!(mode.len(), 9, "{mode:?}");
+            assert_eq!(mode.len(), 11, "{mode:?}");
             assert!(mode.remove("zeta_process").is_some());
             assert!(mode.remove("zeta_process_sd").is_some());
         }
@@ -169,4 +184,64 @@ fn structure_adds_the_part_of_the_process_and_nothing_else() {
         told.stdout.contains("Mode at 905.0 Hz (5.00 % at rest)"),
         "{told:?}"
     );
+}
+
+/// Eight seconds of a stable cut at 70 Hz, its forced lines 20 dB above its modes.
+fn forced(folder: &Folder) -> PathBuf {
+    let config = ForcedConfig {
+        fs_hz: f64::from(FS),
+        modes: vec![(980.0, 0.03)],
+        spindle_hz: 70.0,
+        teeth: 5,
+        ..ForcedConfig::drawn(4)
+    };
+    let x: Vec<f32> = Forced::new(config)
+        .take(2 * SAMPLES)
+        .map(|x| x as f32)
+        .collect();
+    folder.float("forced.wav", FS, &x)
+}
+
+#[test]
+fn the_spindle_is_told_as_it_was_heard() {
+    let folder = Folder::default();
+    let ended = rarma!().on("monitor", &forced(&folder), "--rpm 4200 --teeth 5 --json");
+    assert_eq!((ended.code, ended.stderr.as_str()), (Some(0), ""));
+    let (lines, summary) = ended.monitored();
+    let number = |key: &str| summary["spindle"][key].as_f64().expect("a number");
+    println!("{summary}");
+    for key in ["rpm_first", "rpm_last"] {
+        assert!((number(key) / 4200.0 - 1.0).abs() < 1e-3, "{summary}");
+    }
+    let locked = lines.iter().filter(|l| l["spindle"]["locked"] == true);
+    let locked_s = 0.01 * locked.count() as f64;
+    assert!((number("locked_s") - locked_s).abs() < 0.05, "{summary}");
+    assert!((5.0..8.0).contains(&locked_s), "{locked_s}");
+    assert!((0.1..5.0).contains(&number("notch_hz")), "{summary}");
+    // 100 of 101 parts are lines, but not while they are sought.
+    let removed_db = summary["removed_db"].as_f64().expect("a number");
+    assert!((-1.5..0.05).contains(&removed_db), "{summary}");
+}
+
+#[test]
+fn a_wrong_speed_is_contradicted_with_both_speeds() {
+    let folder = Folder::default();
+    let file = forced(&folder);
+    // Not one whose multiples are the tooth's, as 3000 1/min would be: 7·50 Hz = 5·70 Hz.
+    let ended = rarma!().on("monitor", &file, "--rpm 3100 --teeth 5 --json");
+    let (_, summary) = ended.monitored();
+    let [notice] = &summary["notices"].as_array().expect("notices")[..] else {
+        panic!("{summary}");
+    };
+    assert_eq!(keys(notice), ["found_rpm", "notice", "t", "told_rpm"]);
+    assert_eq!(notice["notice"], "contradiction");
+    assert_eq!(notice["told_rpm"].as_f64(), Some(3100.0));
+    let found = notice["found_rpm"].as_f64().expect("a speed");
+    assert!((found / 4200.0 - 1.0).abs() < 1e-2, "{notice}");
+    let both = |text: &str| text.contains("Warning") && text.contains("3100 1/min");
+    assert!(both(&ended.stderr), "{}", ended.stderr);
+    assert!(ended.stderr.contains(&format!("{found:.0} 1/min")));
+    let words = rarma!().on("monitor", &file, "--rpm 3100 --teeth 5");
+    assert_eq!(words.stderr, "");
+    assert!(words.stdout.contains(ended.stderr.trim()), "{words:?}");
 }

@@ -17,6 +17,30 @@ const STATES: [&str; 6] = [
     "starting", "idle", "stable", "warning", "chatter", "invalid",
 ];
 const LABELS: [&str; 3] = ["self-excited", "structural", "forced"];
+const ORIGINS: [&str; 5] = ["free", "rotation", "overtone", "background", "unknown"];
+const SOURCES: [&str; 4] = ["unknown", "told", "sound", "tacho"];
+const VERDICTS: [&str; 5] = [
+    "too-short",
+    "forced",
+    "suspicious",
+    "self-excited",
+    "not-stationary",
+];
+const REASONS: [&str; 13] = [
+    "none",
+    "estimator-starting",
+    "roots-lost",
+    "level-at-idle",
+    "undamped",
+    "losing-damping",
+    "forced-only",
+    "origin-unknown",
+    "entering",
+    "samples-not-finite",
+    "samples-missing",
+    "samples-stuck",
+    "samples-clipped",
+];
 
 fn monitor(file: &Path, options: &str) -> Ended {
     rarma!().on("monitor", file, &format!("{options} --json"))
@@ -74,7 +98,27 @@ fn word<'a>(object: &'a Value, key: &str) -> &'a str {
 
 /// Every field of a line, its kind and its range.
 fn check_line(line: &Value) {
-    assert_eq!(keys(line), ["modes", "state", "t"], "{line}");
+    let wanted = ["amplitude", "modes", "reason", "spindle", "state", "t"];
+    assert_eq!(keys(line), wanted, "{line}");
+    assert!(REASONS.contains(&word(line, "reason")), "{line}");
+    let spindle = &line["spindle"];
+    assert_eq!(keys(spindle), ["locked", "notch_hz", "rpm", "source"]);
+    assert!(SOURCES.contains(&word(spindle, "source")), "{line}");
+    let speed = spindle["rpm"].as_f64();
+    assert_eq!(speed.is_none(), spindle["source"] == "unknown", "{line}");
+    assert!(speed.is_none_or(|rpm| rpm > 0.0), "{line}");
+    let locked = spindle["locked"].as_bool().expect("true or false");
+    assert_eq!(number(spindle, "notch_hz") > 0.0, locked, "{line}");
+    if !line["amplitude"].is_null() {
+        let amplitude = &line["amplitude"];
+        assert_eq!(keys(amplitude), ["f", "s", "verdict", "z"]);
+        assert!(number(amplitude, "f") > 0.0, "{line}");
+        assert!(number(amplitude, "s") >= 0.0, "{line}");
+        let verdict = word(amplitude, "verdict");
+        assert!(VERDICTS.contains(&verdict), "{line}");
+        let z = number(amplitude, "z");
+        assert!(verdict != "self-excited" || z < -2.32, "{line}");
+    }
     assert!(STATES.contains(&word(line, "state")), "{line}");
     let modes = line["modes"].as_array().expect("modes is an array");
     let mut before = 0.0;
@@ -87,6 +131,8 @@ fn check_line(line: &Value) {
                 "f_sd",
                 "harmonic",
                 "label",
+                "origin",
+                "time_left",
                 "zeta",
                 "zeta_sd"
             ]
@@ -101,6 +147,9 @@ fn check_line(line: &Value) {
         assert!(number(mode, "zeta").abs() <= 1.0, "{line}");
         let label = word(mode, "label");
         assert!(LABELS.contains(&label), "{line}");
+        assert!(ORIGINS.contains(&word(mode, "origin")), "{line}");
+        let left = &mode["time_left"];
+        assert!(left.is_null() || number(mode, "time_left") >= 0.0, "{line}");
         match &mode["harmonic"] {
             Value::Null => {}
             k => assert!(k.as_u64().is_some_and(|k| k > 0), "{line}"),
@@ -111,8 +160,26 @@ fn check_line(line: &Value) {
 fn check_summary(summary: &Value, order: [u64; 2]) {
     assert_eq!(
         keys(summary),
-        ["alarms", "fs", "order", "samples", "state_seconds"]
+        [
+            "alarms",
+            "fs",
+            "notices",
+            "order",
+            "removed_db",
+            "samples",
+            "spindle",
+            "state_seconds"
+        ]
     );
+    assert_eq!(summary["notices"], serde_json::json!([]));
+    let spindle = &summary["spindle"];
+    assert_eq!(
+        keys(spindle),
+        ["locked_s", "notch_hz", "rpm_first", "rpm_last"]
+    );
+    let locked_s = number(spindle, "locked_s");
+    assert!((0.0..=SECONDS as f64).contains(&locked_s), "{summary}");
+    assert_eq!(summary["removed_db"].is_null(), locked_s == 0.0);
     assert_eq!(number(summary, "fs"), f64::from(FS));
     assert_eq!(summary["samples"].as_u64(), Some(SAMPLES as u64));
     assert_eq!(summary["order"], serde_json::json!(order));
@@ -221,6 +288,10 @@ fn alarm_is_in_the_summary_and_in_the_exit_code() {
     let mode = nearest(last, 915.0);
     assert_eq!(word(mode, "label"), "self-excited");
     assert_eq!(mode["harmonic"], Value::Null);
+    assert_eq!(word(mode, "origin"), "free");
+    assert_eq!(last["amplitude"]["verdict"], "self-excited", "{last}");
+    let s = number(&last["amplitude"], "s");
+    assert!(s > 0.0 && s < 0.1, "{last}");
     // Peak amplitude in fractions of full scale.
     assert!((number(mode, "amplitude") - 0.2).abs() < 0.02, "{mode}");
 }
@@ -242,6 +313,8 @@ fn multiple_of_the_speed_is_forced_and_no_alarm() {
         assert!((number(mode, "f") - 900.0).abs() < 2.0, "{line}");
         assert_eq!(word(mode, "label"), "forced", "{line}");
         assert_eq!(word(line, "state"), "warning", "{line}");
+        assert_eq!(word(line, "reason"), "origin-unknown", "{line}");
+        assert_eq!(word(mode, "origin"), "unknown", "{line}");
     }
     for options in ["--rpm 1800 --teeth 6", "--rpm 1800"] {
         let ended = monitor(&file, options);
@@ -255,6 +328,8 @@ fn multiple_of_the_speed_is_forced_and_no_alarm() {
             assert!((number(mode, "f") - 900.0).abs() < 2.0, "{line}");
             assert_eq!(word(mode, "label"), "forced", "{line}");
             assert_eq!(mode["harmonic"], 30, "{line}");
+            assert_eq!(word(mode, "origin"), "rotation", "{line}");
+            assert_eq!(word(line, "reason"), "forced-only", "{line}");
             assert_eq!(word(line, "state"), "stable", "{line}");
         }
     }

@@ -91,6 +91,14 @@ pub struct MonitorArgs {
     /// Second channel of the same file, counted from 0: two sensors, one verdict.
     #[arg(long, value_name = "CHANNEL")]
     pub second: Option<usize>,
+    /// Channel of the same file, counted from 0, that holds the pulses of a tacho: its
+    /// speed goes before --rpm.
+    #[arg(long, value_name = "CHANNEL")]
+    pub tacho: Option<usize>,
+    /// Pulses of the tacho a turn.
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "tacho",
+          value_parser = clap::value_parser!(u32).range(1..=100))]
+    pub pulses: u32,
     /// Modes of the structure at rest (JSON of `identify`, or CSV with columns
     /// f,f_sd,zeta,zeta_sd): what the process adds to their damping is told.
     #[arg(long, value_name = "FILE")]

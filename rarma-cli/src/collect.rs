@@ -1,9 +1,12 @@
 //! Telemetry of a box to the records of a run.
 
-use crate::record::{Alarm, Label, Line, ModeRecord, Run, State, Summary};
+use crate::record::{
+    Alarm, HistogramRecord, Line, NoticeRecord, Run, SpeedSource, SpindleSummary, Summary,
+};
+use crate::translate::{STATES, line, notice};
 use rarma_core::condition::HealthCounts;
-use rarma_core::decide::{self, Agreement};
-use rarma_core::wire::{Finished, ModeMessage, Refusal, Telemetry, Verdict};
+use rarma_core::decide::{Agreement, Histogram};
+use rarma_core::wire::{Finished, Refusal, Telemetry};
 use std::collections::BTreeMap;
 
 /// Puts messages together as they come.
@@ -13,6 +16,8 @@ pub struct Collector {
     order: [usize; 2],
     lines: Vec<Line>,
     alarms: Vec<Alarm>,
+    notices: Vec<NoticeRecord>,
+    histograms: Vec<HistogramRecord>,
     finished: Option<Finished>,
     refused: Option<Refusal>,
 }
@@ -73,6 +78,19 @@ impl Collector {
                 }
             }
             Telemetry::Refused(refusal) => self.refused = Some(*refusal),
+            Telemetry::Amplitude(message) => self.histograms.push(HistogramRecord {
+                t: message.sample as f64 / self.fs,
+                f: decimal(message.frequency),
+                counts: Histogram {
+                    counts: message.counts,
+                    beyond: message.beyond,
+                    bin_width: f64::from(message.bin_width),
+                },
+            }),
+            Telemetry::Notice(message) => self.notices.push(NoticeRecord {
+                t: message.sample as f64 / self.fs,
+                what: notice(&message.notice),
+            }),
         }
         News::None
     }
@@ -108,54 +126,40 @@ impl Collector {
                 state_seconds.insert(*state, samples as f64 / self.fs);
             }
         }
+        let removed = f64::from(finished.removed_fraction);
+        let locked_s = finished.locked_samples as f64 / self.fs;
         Some(Run {
-            lines: self.lines,
+            histograms: self.histograms,
             summary: Summary {
                 fs: self.fs,
                 samples: finished.samples,
                 order: self.order,
                 alarms: self.alarms,
                 state_seconds,
+                notices: self.notices,
+                spindle: spindle(&self.lines, locked_s),
+                removed_db: (removed > 0.0).then(|| 10.0 * removed.log10()),
                 channels: None,
             },
+            lines: self.lines,
         })
     }
 }
 
-/// States in the order of [`decide::State`].
-const STATES: [State; 6] = [
-    State::Starting,
-    State::Idle,
-    State::Stable,
-    State::Warning,
-    State::Chatter,
-    State::Invalid,
-];
-
-fn line(verdict: &Verdict, fs: f64) -> Line {
-    Line {
-        t: verdict.sample as f64 / fs,
-        state: STATES[verdict.state as usize],
-        modes: verdict.modes.iter().map(mode).collect(),
-        agreement: None,
-    }
-}
-
-fn mode(m: &ModeMessage) -> ModeRecord {
-    ModeRecord {
-        f: decimal(m.frequency),
-        f_sd: decimal(m.frequency_sd),
-        zeta: decimal(m.damping),
-        zeta_sd: decimal(m.damping_sd),
-        amplitude: decimal(m.amplitude),
-        label: match m.label {
-            decide::Label::SelfExcited => Label::SelfExcited,
-            decide::Label::Structural => Label::Structural,
-            decide::Label::Forced => Label::Forced,
-        },
-        harmonic: m.harmonic,
-        zeta_process: None,
-        zeta_process_sd: None,
+/// The spindle over the whole run, as far as lines tell.
+fn spindle(lines: &[Line], locked_s: f64) -> SpindleSummary {
+    let read = |line: &&Line| {
+        let source = line.spindle.source;
+        matches!(source, SpeedSource::Sound | SpeedSource::Tacho) && line.spindle.rpm.is_some()
+    };
+    let first = lines.iter().find(read);
+    let last = lines.iter().rfind(read);
+    let blind = lines.iter().filter(|line| line.spindle.locked);
+    SpindleSummary {
+        rpm_first: first.and_then(|line| line.spindle.rpm),
+        rpm_last: last.and_then(|line| line.spindle.rpm),
+        locked_s,
+        notch_hz: blind.map(|line| line.spindle.notch_hz).reduce(f64::max),
     }
 }
 

@@ -19,6 +19,7 @@ pub mod input;
 pub mod record;
 pub mod report;
 pub mod scenario;
+mod translate;
 pub mod truth;
 
 pub use failure::Failure;

@@ -4,7 +4,7 @@
 //! and from the firmware image on the emulated chip; reports and tests read
 //! nothing else.
 
-use rarma_core::decide::Agreement;
+use rarma_core::decide::{Agreement, Histogram};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -38,6 +38,110 @@ pub enum Label {
     Forced,
 }
 
+/// Why the state is what it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reason {
+    /// Nothing to remark.
+    None,
+    /// The estimator has not seen enough signal yet.
+    EstimatorStarting,
+    /// The roots are being searched for anew.
+    RootsLost,
+    /// The level is that of idle.
+    LevelAtIdle,
+    /// A mode is undamped and loud, for too short a time to be called.
+    Undamped,
+    /// At its present rate a mode loses its damping soon.
+    LosingDamping,
+    /// A mode is undamped, but something else explains it.
+    ForcedOnly,
+    /// A mode is undamped, and nobody can tell whether it is forced.
+    OriginUnknown,
+    /// The cut has just begun.
+    Entering,
+    /// Samples are NaN or infinite.
+    SamplesNotFinite,
+    /// Samples are missing.
+    SamplesMissing,
+    /// The samples do not move.
+    SamplesStuck,
+    /// The samples are clipped.
+    SamplesClipped,
+}
+
+/// What else explains a mode's vibration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Origin {
+    /// Nothing.
+    Free,
+    /// A multiple of the rotation.
+    Rotation,
+    /// The harmonic of a stronger line.
+    Overtone,
+    /// It was there at idle.
+    Background,
+    /// It cannot be told.
+    Unknown,
+}
+
+/// Who says the spindle speed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SpeedSource {
+    /// Nobody.
+    Unknown,
+    /// The user.
+    Told,
+    /// The lines in the sound.
+    Sound,
+    /// The tacho.
+    Tacho,
+}
+
+/// What is known of the spindle at one instant.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SpindleRecord {
+    /// Speed, 1/min; where nobody told it, this may be the teeth's.
+    pub rpm: Option<f64>,
+    /// Who says so.
+    pub source: SpeedSource,
+    /// The multiples of the speed are being removed.
+    pub locked: bool,
+    /// Half-width around each removed multiple in which nothing can be heard, Hz.
+    pub notch_hz: f64,
+}
+
+/// What the distribution of a mode's amplitude says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AmplitudeVerdict {
+    /// Too few independent values.
+    TooShort,
+    /// As of a damped mode driven by noise.
+    Forced,
+    /// Steadier than that, but not certainly self-excited.
+    Suspicious,
+    /// A limit cycle, or a line stronger than the noise.
+    SelfExcited,
+    /// Grows, fades or comes and goes.
+    NotStationary,
+}
+
+/// The amplitude of the followed mode.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct AmplitudeRecord {
+    /// Frequency of the mode, Hz.
+    pub f: f64,
+    /// Scintillation S of the squared amplitude: 1 for noise, 0 for a steady tone.
+    pub s: f64,
+    /// What that means.
+    pub verdict: AmplitudeVerdict,
+    /// How far S is from noise's, in standard deviations of ln S.
+    pub z: f64,
+}
+
 /// One mode at one instant.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ModeRecord {
@@ -55,6 +159,10 @@ pub struct ModeRecord {
     pub label: Label,
     /// Multiple of the spindle frequency it sits on, if it does.
     pub harmonic: Option<u32>,
+    /// What else explains it.
+    pub origin: Origin,
+    /// Until its damping is gone at the present rate, s; none where that rate is uncertain.
+    pub time_left: Option<f64>,
     /// What the process adds to the damping of the structural mode, 1; null inside
     /// where no structural mode is there. With a structure only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -71,8 +179,14 @@ pub struct Line {
     pub t: f64,
     /// The verdict at that instant.
     pub state: State,
+    /// Why.
+    pub reason: Reason,
     /// Modes sorted by frequency.
     pub modes: Vec<ModeRecord>,
+    /// What is known of the spindle.
+    pub spindle: SpindleRecord,
+    /// The amplitude of the followed mode; none while none is followed.
+    pub amplitude: Option<AmplitudeRecord>,
     /// Who hears the mode in question. With two channels only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub agreement: Option<Agreement>,
@@ -104,9 +218,72 @@ pub struct Summary {
     pub alarms: Vec<Alarm>,
     /// Seconds spent in each state.
     pub state_seconds: BTreeMap<State, f64>,
+    /// What was wrong with what is known of the spindle, in order of time.
+    pub notices: Vec<NoticeRecord>,
+    /// The spindle over the whole run.
+    pub spindle: SpindleSummary,
+    /// Energy of the removed lines over that of the band, the whole run, dB; none if
+    /// nothing was removed.
+    pub removed_db: Option<f64>,
     /// What was wrong with each channel. With two channels only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub channels: Option<Vec<ChannelRecord>>,
+}
+
+/// Something the user should know of the spindle.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NoticeRecord {
+    /// Noticed at, s.
+    pub t: f64,
+    /// What.
+    #[serde(flatten)]
+    pub what: NoticeKind,
+}
+
+/// See [`NoticeRecord`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "notice", rename_all = "lowercase")]
+pub enum NoticeKind {
+    /// The lines in the sound are not those of the told speed.
+    Contradiction {
+        /// Speed that was told, 1/min.
+        told_rpm: f64,
+        /// Speed in the sound, 1/min.
+        found_rpm: f64,
+    },
+    /// A fault of the tacho began.
+    Tacho {
+        /// Which.
+        fault: TachoFault,
+    },
+}
+
+/// What is wrong with the pulses of a tacho.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum TachoFault {
+    /// No pulses.
+    Silent,
+    /// Some are missing.
+    Missing,
+    /// There are too many.
+    Doubled,
+    /// They fit no rhythm.
+    Noisy,
+}
+
+/// The spindle over the whole run.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SpindleSummary {
+    /// First speed read off the sound or the tacho, 1/min; none if it never was.
+    pub rpm_first: Option<f64>,
+    /// Last speed read off them, 1/min.
+    pub rpm_last: Option<f64>,
+    /// Seconds for which the multiples of the speed were removed.
+    pub locked_s: f64,
+    /// Half-width around each multiple that was declared blind, Hz, the widest of the
+    /// lines of this run; none if nothing was removed.
+    pub notch_hz: Option<f64>,
 }
 
 /// One of two channels over the whole run.
@@ -138,4 +315,17 @@ pub struct Run {
     pub lines: Vec<Line>,
     /// Closing record.
     pub summary: Summary,
+    /// How the followed mode's amplitude was distributed, once a second. For pictures.
+    pub histograms: Vec<HistogramRecord>,
+}
+
+/// Counts of the squared amplitude of one mode.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HistogramRecord {
+    /// Told at, s.
+    pub t: f64,
+    /// Frequency of the mode, Hz.
+    pub f: f64,
+    /// The counts; squared input units.
+    pub counts: Histogram<f64>,
 }

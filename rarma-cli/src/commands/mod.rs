@@ -14,12 +14,13 @@ mod psd;
 mod show;
 mod simulate;
 mod sweep;
+mod tacho;
 mod target;
 
 pub use estimators::IdentifiedMode;
 pub use identify::{Identified, identify};
 pub use lobes::{LobePoint, Lobes, point as lobe_point};
-pub use monitor::{job, listen};
+pub use monitor::{job, listen, listen_with_tacho};
 pub use order::{Candidate, CandidateMode, candidates};
 pub use pair::listen as listen_pair;
 pub use psd::{Density, density};

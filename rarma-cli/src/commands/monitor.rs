@@ -1,6 +1,6 @@
 //! `rarma monitor`: a recording in, a verdict out, on the host.
 
-use super::{pair, process, show};
+use super::{pair, process, show, tacho};
 use crate::args::{InputArgs, MonitorArgs};
 use crate::collect::{Collector, News};
 use crate::failure::Failure;
@@ -21,6 +21,10 @@ pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
         None => Input::One(read(&args.input)?),
         Some(second) => Input::Two(pair::read(args, second)?),
     };
+    let pulses = match args.tacho {
+        None => Vec::new(),
+        Some(channel) => tacho::read(args, channel)?,
+    };
     let recording = input.pictured();
     let job = job(args, recording)?;
     let bar = show::progress(recording.samples.len() as u64, "listening");
@@ -36,8 +40,11 @@ pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
         }
     };
     let mut run = match &input {
-        Input::One(one) => listen(&job, one.samples.iter().map(|&x| x as f32), news)?,
-        Input::Two(both) => pair::listen(&job, both, news)?,
+        Input::One(one) => {
+            let samples = one.samples.iter().map(|&x| x as f32);
+            listen_with_tacho(&job, samples, &pulses, news)?
+        }
+        Input::Two(both) => pair::listen(&job, both, &pulses, news)?,
     };
     bar.finish_and_clear();
     let band = job.monitor.band();
@@ -112,6 +119,7 @@ pub fn job(args: &MonitorArgs, recording: &Recording) -> Result<MonitorJob, Fail
         order,
         spindle_hz: args.rpm.map(|rpm| rpm / 60.0),
         teeth: args.teeth,
+        tacho_pulses: args.tacho.map(|_| args.pulses),
         threshold: args.threshold,
         idle_s: args.idle,
         ..MonitorConfig::new(recording.fs)
@@ -163,13 +171,27 @@ pub fn job(args: &MonitorArgs, recording: &Recording) -> Result<MonitorJob, Fail
 pub fn listen(
     job: &MonitorJob,
     samples: impl IntoIterator<Item = f32>,
+    news: impl FnMut(News<'_>),
+) -> Result<Run, Failure> {
+    listen_with_tacho(job, samples, &[], news)
+}
+
+/// [`listen`] with the pulses of a tacho: for every sample, where one has begun since the
+/// sample before, how long ago, samples.
+///
+/// # Errors
+/// See [`listen`].
+pub fn listen_with_tacho(
+    job: &MonitorJob,
+    samples: impl IntoIterator<Item = f32>,
+    pulses: &[Option<f32>],
     mut news: impl FnMut(News<'_>),
 ) -> Result<Run, Failure> {
     let refused = |error| Failure::Usage(format!("setting out of range: {error:?}"));
     let mut duty = MonitorDuty::new(job).map_err(refused)?;
     let mut collector = Collector::default();
     collector.take(&duty.started());
-    for x in samples {
+    for (n, x) in samples.into_iter().enumerate() {
         let mut said = false;
         duty.sample(x, &mut |message| {
             said = true;
@@ -177,6 +199,9 @@ pub fn listen(
         });
         if !said {
             news(News::None);
+        }
+        if let Some(before) = pulses.get(n).copied().flatten() {
+            duty.pulse(before);
         }
     }
     collector.take(&duty.finished(0, 0, 0));

@@ -62,13 +62,15 @@ pub fn read(args: &MonitorArgs, second: usize) -> Result<[Recording; 2], Failure
 }
 
 /// Runs a pair of monitors over two channels in step, on the host. `news` is called
-/// once per sample with what has just been said, if anything.
+/// once per sample with what has just been said, if anything; `pulses` are those of a
+/// tacho, see [`listen_with_tacho`](super::listen_with_tacho), or none.
 ///
 /// # Errors
 /// Settings out of range.
 pub fn listen(
     job: &MonitorJob,
     recordings: &[Recording; 2],
+    pulses: &[Option<f32>],
     mut news: impl FnMut(News<'_>),
 ) -> Result<Run, Failure> {
     let refused = |error| Failure::Usage(format!("setting out of range: {error:?}"));
@@ -79,11 +81,11 @@ pub fn listen(
     let mut channels = recordings.each_ref().map(|r| Log::new(r.channel));
     let fs = job.monitor.fs_hz;
     let [first, second] = recordings;
-    for (a, b) in first.samples.iter().zip(&second.samples) {
+    for (n, (a, b)) in first.samples.iter().zip(&second.samples).enumerate() {
         let mut said = false;
         if let Some(report) = pair.push([*a as f32, *b as f32]) {
             let mut line = false;
-            telling.report(&report.report, &mut |message| {
+            telling.report(&report.report, || pair.histogram(), &mut |message| {
                 said = true;
                 line |= matches!(message, Telemetry::Verdict(_));
                 news(collector.take(message));
@@ -97,6 +99,9 @@ pub fn listen(
         }
         if !said {
             news(News::None);
+        }
+        if let Some(before) = pulses.get(n).copied().flatten() {
+            pair.pulse(before);
         }
     }
     let health = [0, 1].map(|i| pair.health(i).unwrap_or_default());

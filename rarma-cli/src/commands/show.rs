@@ -5,7 +5,7 @@ use crate::args::MonitorArgs;
 use crate::collect::News;
 use crate::failure::Failure;
 use crate::input::Recording;
-use crate::record::{Run, State, Summary};
+use crate::record::{NoticeKind, NoticeRecord, Run, State, Summary, TachoFault};
 use crate::report::{self, ReportInput};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rarma_core::decide::Structure;
@@ -71,6 +71,9 @@ fn write_json(run: &Run, mut out: impl Write) -> io::Result<()> {
 
 /// The verdict in a few lines.
 pub fn verdict(summary: &Summary) {
+    for notice in &summary.notices {
+        say!("{}", notice_words(notice));
+    }
     let seconds = summary.samples as f64 / summary.fs;
     if summary.alarms.is_empty() {
         say!("No chatter in {seconds:.2} s.");
@@ -94,6 +97,34 @@ pub fn verdict(summary: &Summary) {
         .map(|(state, s)| format!("{} {s:.2} s", state_word(**state)))
         .collect();
     say!("Time spent: {}.", words.join(", "));
+}
+
+/// A notice, and what to do about it.
+fn notice_words(notice: &NoticeRecord) -> String {
+    let t = notice.t;
+    match notice.what {
+        NoticeKind::Contradiction {
+            told_rpm,
+            found_rpm,
+        } => format!(
+            "Warning: at {t:.2} s the sound is that of a spindle at {found_rpm:.0} 1/min, not at the {told_rpm:.0} 1/min that were told: check the speed and give the true one with --rpm; until then multiples of {found_rpm:.0} 1/min count as forced."
+        ),
+        NoticeKind::Tacho { fault } => {
+            let what = match fault {
+                TachoFault::Silent => {
+                    "gives no pulses: check that it is connected and which channel it is"
+                }
+                TachoFault::Missing => "misses pulses: check its distance and its level",
+                TachoFault::Doubled => {
+                    "gives too many pulses: check --pulses and that it does not bounce"
+                }
+                TachoFault::Noisy => {
+                    "gives pulses without a rhythm: check the channel and its cable"
+                }
+            };
+            format!("Warning: at {t:.2} s the tacho {what}.")
+        }
+    }
 }
 
 /// A state in one word.
@@ -157,6 +188,9 @@ pub fn finish(
         process::annotate(run, structure);
     }
     if args.json {
+        for notice in &run.summary.notices {
+            eprintln!("{}", notice_words(notice));
+        }
         json_lines(run)?;
     } else {
         verdict(&run.summary);

@@ -26,6 +26,12 @@ pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
             "--second: a job for the box names one channel; use `rarma monitor` for two".to_owned(),
         ));
     }
+    if args.tacho.is_some() {
+        return Err(Failure::Usage(
+            "--tacho: a job for the box names one channel; use `rarma monitor` with a tacho"
+                .to_owned(),
+        ));
+    }
     let structure = process::structure(args.structure.as_deref())?;
     let recording = monitor::read(&args.input)?;
     let job = monitor::job(args, &recording)?;

@@ -1,7 +1,8 @@
 //! A run as one page: `index.html`, with nothing to load from elsewhere.
 //!
 //! The page says first, in words, what a machinist wants to know; then come the
-//! alarms, four pictures and a strip of states over one common time axis, and
+//! alarms, four pictures and a strip of states over one common time axis, one of an
+//! amplitude, the reasons, and
 //! what is needed to doubt it: settings, uncertainty, how to read it. Pictures
 //! are SVG (the waterfall a bitmap inside one), coloured by the page's style
 //! sheet, so that dark mode and print work. Points are thinned to the pixels
@@ -15,10 +16,13 @@ macro_rules! put {
     }};
 }
 
+mod amplitude;
 mod axis;
+mod band;
 pub mod chart;
 mod colours;
 mod modes;
+mod multiples;
 mod panel;
 mod scene;
 mod signal;
@@ -109,7 +113,9 @@ pub fn page(job: &ReportInput<'_>) -> String {
     html.push_str(&modes::damping(&scene));
     html.push_str(&modes::frequency(&scene));
     html.push_str(&timeline::figure(&scene));
+    html.push_str(&amplitude::figure(&scene));
     html.push_str("</section>\n");
+    html.push_str(&tables::reasons(&scene));
     html.push_str(&words::how_to_read(&scene));
     html.push_str(&tables::settings(&scene));
     put!(

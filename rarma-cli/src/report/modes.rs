@@ -1,10 +1,9 @@
 //! Pictures (c) and (d): damping and frequency of every mode.
 
-use super::Scene;
 use super::axis::Axis;
-use super::panel::{LEFT, Panel, RIGHT, TOP};
-use super::scene::free;
+use super::panel::{Panel, TOP};
 use super::text::{hertz, percent, px};
+use super::{Scene, band, multiples};
 use crate::record::{Label, ModeRecord};
 use std::collections::HashSet;
 
@@ -95,6 +94,13 @@ pub(super) fn damping(scene: &Scene<'_>) -> String {
         panel.margin(at - 6.0, "small", "threshold");
         panel.margin(at + 8.0, "small", &percent(scene.job.threshold));
     }
+    for label in LABELS {
+        let band = band::path(&panel, scene, label, &y);
+        panel.add(&format!(
+            r#"<path class="{} confidence" d="{band}"/>"#,
+            class(label)
+        ));
+    }
     let mut below = 0;
     for label in LABELS {
         let place = |m: &ModeRecord| m.zeta.is_finite().then(|| (y.at(100.0 * m.zeta), 2.1));
@@ -115,12 +121,11 @@ pub(super) fn damping(scene: &Scene<'_>) -> String {
         }
         let class = class(label);
         panel.add(&format!(
-            r#"<path class="{class}" d="{marks}"/><path class="{class} arrow" d="{arrows}"/><path class="{class} whisker" d="{}"/>"#,
-            whiskers(&panel, scene, label, &y)
+            r#"<path class="{class}" d="{marks}"/><path class="{class} arrow" d="{arrows}"/>"#
         ));
     }
-    let whisker = r#"<path class="axisline" d="M0 -6V6"/>"#.to_owned();
-    legend(&mut panel, &[(whisker, "± 1 sd")]);
+    let band = r#"<path class="struct confidence" d="M-12 -5H12V5H-12Z"/>"#.to_owned();
+    legend(&mut panel, &[(band, "± 1.96 sd")]);
     let alt = format!(
         "Damping ratio of each mode against time on a logarithmic axis from {} to {} percent, \
          threshold at {}. {}",
@@ -130,40 +135,13 @@ pub(super) fn damping(scene: &Scene<'_>) -> String {
         scene.spans_in_words()
     );
     let mut caption = String::from(
-        "Operational damping ratio of each mode. Whiskers, drawn for some of the points, span \
-         one standard deviation either way.",
+        "Operational damping ratio of each mode. Bands: 1.96 standard deviations either way, \
+         which hold the true one with 95 % if the model is right.",
     );
     if below > 0 {
         caption.push_str(" Arrows at the bottom: ζ below 0.01 %, zero or negative.");
     }
     panel.finish(&alt, &caption)
-}
-
-/// One standard deviation either way for every mode of a few lines, evenly
-/// spaced: enough to judge all points by, and not a hedge that hides them.
-fn whiskers(panel: &Panel<'_>, scene: &Scene<'_>, label: Label, y: &Axis) -> String {
-    let mut d = String::new();
-    let mut column = f64::MIN;
-    for line in scene.job.run.lines.iter().filter(|l| l.t.is_finite()) {
-        let x = panel.x.at(line.t);
-        if line.modes.is_empty() || x < column + 21.0 {
-            continue;
-        }
-        column = x;
-        for mode in line.modes.iter().filter(|m| m.label == label) {
-            let (low, high) = (mode.zeta - mode.zeta_sd, mode.zeta + mode.zeta_sd);
-            if low.is_finite() && high.is_finite() && 100.0 * high > ZETA.0 {
-                put!(
-                    d,
-                    "M{} {}V{}",
-                    px(x),
-                    px(y.at(100.0 * low)),
-                    px(y.at(100.0 * high))
-                );
-            }
-        }
-    }
-    d
 }
 
 /// Draws the frequency of each mode.
@@ -174,7 +152,7 @@ pub(super) fn frequency(scene: &Scene<'_>) -> String {
     panel.spans();
     scene.band_edges(&mut panel, &y, "band");
     let taken = scene.alarm_marks(&mut panel, &y);
-    let forcing = harmonics(&mut panel, scene, &y, taken);
+    let forcing = multiples::draw(&mut panel, scene, &y, "harmonic", Some(taken));
     for label in LABELS {
         let place = |m: &ModeRecord| {
             y.holds(m.f).then(|| {
@@ -193,20 +171,17 @@ pub(super) fn frequency(scene: &Scene<'_>) -> String {
         panel.add(&format!(r#"<path class="{}" d="{marks}"/>"#, class(label)));
     }
     let mut extra = Vec::new();
-    if let Some((_, name)) = forcing {
-        let line = r#"<path class="harmonic" d="M-12 0H12"/>"#.to_owned();
-        extra.push((line, name));
+    if let Some(drawn) = &forcing {
+        let line = r#"<path class="harmonic tooth" d="M-12 0H12"/>"#.to_owned();
+        extra.push((line, drawn.name));
     }
     legend(&mut panel, &extra);
     let mut caption = String::from(
         "Frequency of each mode: large marks for ζ below 1 %, middle below 5 %, small above. \
          Dashed: edges of the analysed band.",
     );
-    if let Some((f, name)) = forcing {
-        caption.push_str(&format!(
-            " Thin lines: multiples of the {name} frequency, {}.",
-            hertz(f)
-        ));
+    if let Some(drawn) = &forcing {
+        caption.push_str(&drawn.caption);
     }
     let alt = format!(
         "Frequency of each mode against time, up to {}. {}",
@@ -214,30 +189,4 @@ pub(super) fn frequency(scene: &Scene<'_>) -> String {
         scene.spans_in_words()
     );
     panel.finish(&alt, &caption)
-}
-
-/// Thin lines at the multiples of the forcing frequency, numbered where there
-/// is room. `None` if there is no such frequency, or the lines would merge.
-fn harmonics(
-    panel: &mut Panel<'_>,
-    scene: &Scene<'_>,
-    y: &Axis,
-    mut taken: Vec<f64>,
-) -> Option<(f64, &'static str)> {
-    let (f, name) = scene.forcing()?;
-    let gap = y.at(0.0) - y.at(f);
-    if gap < 5.0 {
-        return None;
-    }
-    let mut d = String::new();
-    for k in 1..=(y.hi() / f) as u32 {
-        let at = y.at(f64::from(k) * f);
-        put!(d, "M{LEFT} {}H{RIGHT}", px(at));
-        if free(&taken, at) {
-            taken.push(at);
-            panel.margin(at, "small", &format!("{k}×"));
-        }
-    }
-    panel.add(&format!(r#"<path class="harmonic" d="{d}"/>"#));
-    Some((f, name))
 }

@@ -4,6 +4,7 @@ use super::ReportInput;
 use super::axis::Axis;
 use super::panel::{Panel, RIGHT};
 use super::text::{hertz, px, seconds};
+use crate::record::{NoticeKind, NoticeRecord, SpeedSource};
 
 /// An alarm as drawn.
 pub(super) struct Span {
@@ -82,14 +83,39 @@ impl<'a> Scene<'a> {
         (0.0..=self.t_end).contains(&onset).then_some(onset)
     }
 
+    /// Teeth of the cutter, where the speed in use is that of the spindle for certain: one
+    /// that was found in the sound alone, or against what was told, may be the teeth's.
+    pub(super) fn teeth_of_the_speed(&self) -> Option<u32> {
+        let run = self.job.run;
+        let tacho = run
+            .lines
+            .iter()
+            .any(|l| l.spindle.source == SpeedSource::Tacho);
+        let contradicted = |n: &NoticeRecord| matches!(n.what, NoticeKind::Contradiction { .. });
+        let told = self.job.rpm.is_some() && !run.summary.notices.iter().any(contradicted);
+        self.job.teeth.filter(|z| *z > 1 && (told || tacho))
+    }
+
     /// Frequency whose multiples are forced vibration, Hz, and its name: tooth
-    /// passing if the teeth are known, else the spindle.
+    /// passing if the teeth are known, else the spindle. By the last speed that was read
+    /// off sound or tacho, else by the told one.
     pub(super) fn forcing(&self) -> Option<(f64, &'static str)> {
-        let turn = self.job.rpm.filter(|r| r.is_finite() && *r > 0.0)? / 60.0;
-        match self.job.teeth {
-            Some(teeth) if teeth > 1 => Some((turn * f64::from(teeth), "tooth passing")),
-            _ => Some((turn, "spindle")),
+        let read = self.job.run.summary.spindle.rpm_last;
+        let rpm = read.or(self.job.rpm);
+        let turn = rpm.filter(|r| r.is_finite() && *r > 0.0)? / 60.0;
+        match self.teeth_of_the_speed() {
+            Some(teeth) => Some((turn * f64::from(teeth), "tooth passing")),
+            None => Some((turn, "spindle")),
         }
+    }
+
+    /// Spindle speed at an instant, Hz: that of the nearest line, else the told one.
+    pub(super) fn spindle_at(&self, t: f64) -> Option<f64> {
+        let lines = self.job.run.lines.iter().filter(|l| l.t.is_finite());
+        let known = lines.filter_map(|l| Some((l.t, l.spindle.rpm?)));
+        let nearest = known.min_by(|a, b| (a.0 - t).abs().total_cmp(&(b.0 - t).abs()));
+        let rpm = nearest.map(|(_, rpm)| rpm).or(self.job.rpm)?;
+        (rpm.is_finite() && rpm > 0.0).then_some(rpm / 60.0)
     }
 
     /// The alarms for a text alternative.

@@ -1,8 +1,9 @@
 //! Alarms and settings as tables.
 
-use super::Scene;
 use super::text::{count, escape, hertz, percent, seconds, significant, with_unit};
 use super::timeline::name;
+use super::{Scene, amplitude};
+use crate::record::{Reason, State};
 
 /// One row per alarm.
 pub(super) fn alarms(scene: &Scene<'_>) -> String {
@@ -21,7 +22,10 @@ pub(super) fn alarms(scene: &Scene<'_>) -> String {
     if let Some((_, name)) = forcing {
         put!(html, "<th scope=\"col\">in multiples of {name}</th>");
     }
-    html.push_str("<th scope=\"col\">lowest damping ratio ζ</th></tr></thead>\n<tbody>\n");
+    html.push_str(
+        "<th scope=\"col\">nearest multiple of the spindle</th>\
+         <th scope=\"col\">lowest damping ratio ζ</th><th scope=\"col\">amplitude</th></tr></thead>\n<tbody>\n",
+    );
     for (i, alarm) in alarms.iter().enumerate() {
         let end = alarm.off.unwrap_or(scene.t_end);
         put!(
@@ -39,10 +43,111 @@ pub(super) fn alarms(scene: &Scene<'_>) -> String {
         if let Some((f, _)) = forcing {
             put!(html, "<td>{}</td>", with_unit(alarm.f / f, "×"));
         }
-        put!(html, "<td>{}</td></tr>\n", percent(alarm.zeta));
+        let nearest = scene.spindle_at(alarm.on).map(|f| nearest(alarm.f, f));
+        let said = amplitude::of_alarm(scene, alarm).map(amplitude::word);
+        put!(
+            html,
+            "<td>{}</td><td>{}</td><td>{}</td></tr>\n",
+            nearest.unwrap_or_else(|| "speed not known".into()),
+            percent(alarm.zeta),
+            said.unwrap_or("too short to tell")
+        );
     }
     html.push_str("</tbody>\n</table></div>\n</section>\n");
     html
+}
+
+/// The nearest multiple of a spindle frequency, and how far off it is.
+fn nearest(f: f64, spindle_hz: f64) -> String {
+    let n = (f / spindle_hz).round().max(1.0);
+    if !n.is_finite() {
+        return "–".into();
+    }
+    let off = f - n * spindle_hz;
+    let side = if off < 0.0 { "below" } else { "above" };
+    format!("{} {side} {n:.0} × {}", hertz(off.abs()), hertz(spindle_hz))
+}
+
+/// A reason in a sentence.
+fn words_for(state: State, reason: Reason) -> &'static str {
+    match reason {
+        Reason::None => match state {
+            State::Chatter => "a mode is self-excited: an alarm stands",
+            State::Stable => "every mode is damped",
+            _ => "nothing to remark",
+        },
+        Reason::EstimatorStarting => "the model is starting",
+        Reason::RootsLost => "the modes are sought anew",
+        Reason::LevelAtIdle => "as quiet as at idle",
+        Reason::Undamped => "a mode is undamped, too short to be called",
+        Reason::LosingDamping => "a mode loses its damping",
+        Reason::ForcedOnly => "undamped, but something else explains it",
+        Reason::OriginUnknown => {
+            "undamped, and it cannot be told whether forced: the speed is missing"
+        }
+        Reason::Entering => "the cut has just begun",
+        Reason::SamplesNotFinite => "samples are NaN or infinite",
+        Reason::SamplesMissing => "samples are missing",
+        Reason::SamplesStuck => "samples do not move",
+        Reason::SamplesClipped => "samples are clipped",
+    }
+}
+
+/// How long the state was what it was for which reason.
+pub(super) fn reasons(scene: &Scene<'_>) -> String {
+    let lines = &scene.job.run.lines;
+    let mut spent: Vec<(State, Reason, f64)> = Vec::new();
+    for (i, line) in lines.iter().enumerate() {
+        // A line holds until the next one speaks.
+        let until = lines.get(i + 1).map_or(scene.t_end, |next| next.t);
+        let passed = until - line.t;
+        if !(passed > 0.0 && passed.is_finite()) {
+            continue;
+        }
+        let same = |s: &&mut (State, Reason, f64)| s.0 == line.state && s.1 == line.reason;
+        match spent.iter_mut().find(same) {
+            Some(row) => row.2 += passed,
+            None => spent.push((line.state, line.reason, passed)),
+        }
+    }
+    if spent.is_empty() {
+        return String::new();
+    }
+    spent.sort_by(|a, b| b.2.total_cmp(&a.2));
+    let mut html = String::from(
+        "<section aria-label=\"Reasons\">\n<h2>Why</h2>\n<div class=\"scroll\"><table>\n\
+         <thead><tr><th scope=\"col\">time</th><th scope=\"col\">state</th>\
+         <th scope=\"col\">reason</th></tr></thead>\n<tbody>\n",
+    );
+    for (state, reason, passed) in spent {
+        put!(
+            html,
+            "<tr><td>{}</td><td>{}</td><td>{}</td></tr>\n",
+            seconds(passed),
+            name(state),
+            words_for(state, reason)
+        );
+    }
+    html.push_str("</tbody>\n</table></div>\n</section>\n");
+    html
+}
+
+/// The spindle as it was heard, in words.
+fn heard(scene: &Scene<'_>) -> Option<String> {
+    let summary = &scene.job.run.summary;
+    let spindle = &summary.spindle;
+    let (first, last) = (spindle.rpm_first?, spindle.rpm_last?);
+    let mut said = format!(
+        "{first:.0} 1/min at first, {last:.0} 1/min at last; multiples removed for {}",
+        seconds(spindle.locked_s)
+    );
+    if let Some(notch) = spindle.notch_hz {
+        said.push_str(&format!(", deaf within {} of each", hertz(notch)));
+    }
+    if let Some(db) = summary.removed_db {
+        said.push_str(&format!(", {} of all energy", with_unit(db, "dB")));
+    }
+    Some(said)
 }
 
 /// What the run was made with, and how long it was in which state.
@@ -86,6 +191,9 @@ pub(super) fn settings(scene: &Scene<'_>) -> String {
             job.teeth.map_or("not given".into(), |z| z.to_string()),
         ),
     ];
+    if let Some(heard) = heard(scene) {
+        rows.push(("Spindle, as read", heard));
+    }
     if let Some((f, name)) = scene.forcing().filter(|(_, name)| *name != "spindle") {
         let name = if name == "tooth passing" {
             "Tooth passing"

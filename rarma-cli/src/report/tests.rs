@@ -1,7 +1,11 @@
 //! Promises of the page as a whole.
 
 use super::*;
-use crate::record::{Alarm, Label, Line, ModeRecord, State, Summary};
+use crate::record::{
+    Alarm, AmplitudeRecord, AmplitudeVerdict, HistogramRecord, Label, Line, ModeRecord, Origin,
+    Reason, SpeedSource, SpindleRecord, SpindleSummary, State, Summary,
+};
+use rarma_core::decide::Histogram;
 
 fn mode(f: f64, zeta: f64, label: Label) -> ModeRecord {
     ModeRecord {
@@ -12,6 +16,8 @@ fn mode(f: f64, zeta: f64, label: Label) -> ModeRecord {
         amplitude: 0.1,
         label,
         harmonic: None,
+        origin: Origin::Free,
+        time_left: None,
         zeta_process: None,
         zeta_process_sd: None,
     }
@@ -26,8 +32,17 @@ fn empty() -> Run {
             order: [4, 3],
             alarms: Vec::new(),
             state_seconds: Default::default(),
+            notices: Vec::new(),
+            spindle: SpindleSummary {
+                rpm_first: None,
+                rpm_last: None,
+                locked_s: 0.0,
+                notch_hz: None,
+            },
+            removed_db: None,
             channels: None,
         },
+        histograms: Vec::new(),
     }
 }
 
@@ -44,10 +59,36 @@ fn chatter(n: usize) -> Run {
         run.lines.push(Line {
             t,
             state,
+            reason: if t < 1.0 {
+                Reason::ForcedOnly
+            } else {
+                Reason::None
+            },
+            spindle: SpindleRecord {
+                rpm: Some(4500.0 + 20.0 * t),
+                source: SpeedSource::Sound,
+                locked: t > 0.3,
+                notch_hz: 1.5,
+            },
+            amplitude: Some(AmplitudeRecord {
+                f: 898.0,
+                s: 0.05,
+                verdict: AmplitudeVerdict::SelfExcited,
+                z: -9.0,
+            }),
             modes: vec![mode(300.0, 0.001, Label::Forced), mode(898.0, zeta, label)],
             agreement: None,
         });
     }
+    run.histograms.push(HistogramRecord {
+        t: 1.5,
+        f: 898.0,
+        counts: Histogram {
+            counts: [0, 1, 3, 30, 60, 31, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0],
+            beyond: 0,
+            bin_width: 0.25,
+        },
+    });
     run.summary.alarms.push(Alarm {
         on: 1.0,
         off: None,
@@ -85,7 +126,7 @@ fn sound(page: &str) {
         assert!(!page.contains(word), "{word}");
     }
     let figures = page.matches("<figure>").count();
-    assert_eq!(figures, 5);
+    assert_eq!(figures, 6);
     assert_eq!(page.matches("role=\"img\" aria-label=\"").count(), figures);
     assert_eq!(page.matches("<figcaption>").count(), figures);
     assert!(!page.contains("aria-label=\"\""));
@@ -108,6 +149,12 @@ fn a_chatter_page_says_so() {
     assert!(page.contains("data:image/png;base64,"));
     assert!(page.contains("still on at the end"));
     assert!(page.contains("2.99\u{a0}×"), "multiples of tooth passing");
+    // 898 − 12·4520/60 = −6 Hz at the speed of that moment.
+    assert!(page.contains("6\u{a0}Hz below 12 × 75.3\u{a0}Hz"));
+    assert!(page.contains("<td>limit cycle</td>"));
+    assert!(page.contains("S = Var V / (mean V)² = 0.05"));
+    assert!(page.contains("undamped, but something else explains it"));
+    assert!(page.contains("300\u{a0}Hz to 303\u{a0}Hz"));
 }
 
 #[test]

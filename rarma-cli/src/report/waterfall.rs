@@ -1,15 +1,15 @@
 //! Picture (b): how strong which frequency is when.
 
-use super::Scene;
 use super::axis::Axis;
 use super::colours::{SHADES, bitmap, gradient_stops};
 use super::panel::{LEFT, Panel, RIGHT, TOP};
 use super::text::{hertz, px, seconds, significant};
+use super::{Scene, multiples};
 use realfft::RealFftPlanner;
 
-const HEIGHT: f64 = 200.0;
+const HEIGHT: f64 = 260.0;
 const COLUMNS: usize = 720;
-const ROWS: usize = 180;
+const ROWS: usize = 208;
 /// Shortest window that still shows more than a smear.
 const SHORTEST: usize = 32;
 
@@ -29,7 +29,7 @@ pub(super) fn figure(scene: &Scene<'_>) -> String {
     let y = Axis::linear(0.0, scene.f_top, panel.bottom, TOP);
     panel.axes(&y, 5, "frequency (Hz)");
     let grid = analyse(scene);
-    let (alt, caption) = match &grid {
+    let (alt, mut caption) = match &grid {
         Some(grid) => {
             draw(&mut panel, scene, grid);
             (
@@ -60,9 +60,29 @@ pub(super) fn figure(scene: &Scene<'_>) -> String {
             )
         }
     };
+    if grid.is_some()
+        && let Some(drawn) = multiples::draw(&mut panel, scene, &y, "multiple", None)
+    {
+        caption.push_str(&drawn.caption);
+        caption.push_str(&blind(scene));
+    }
     scene.band_edges(&mut panel, &y, "over");
     scene.alarm_marks(&mut panel, &y);
     panel.finish(&alt, &caption)
+}
+
+/// What removing the multiples costs, in words.
+fn blind(scene: &Scene<'_>) -> String {
+    let spindle = &scene.job.run.summary.spindle;
+    match spindle.notch_hz.filter(|f| f.is_finite() && *f > 0.0) {
+        Some(notch) => format!(
+            " They were followed and removed for {}; within {} either side of each, nothing \
+             can be heard then.",
+            seconds(spindle.locked_s),
+            hertz(notch)
+        ),
+        None => " They were not removed.".to_owned(),
+    }
 }
 
 fn draw(panel: &mut Panel<'_>, scene: &Scene<'_>, grid: &Grid) {

@@ -2,7 +2,7 @@
 
 use super::Scene;
 use super::text::{escape, hertz, percent, seconds};
-use crate::record::State;
+use crate::record::{NoticeKind, State, TachoFault};
 
 /// How bad the news is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -108,12 +108,39 @@ pub(super) fn verdict(scene: &Scene<'_>) -> Verdict {
         let t = seconds(invalid);
         details.push(format!("For {t} the samples could not be trusted."));
     }
+    details.extend(notices(scene));
     details.extend(against_truth(scene));
     Verdict {
         tone,
         headline,
         details,
     }
+}
+
+/// What is wrong with what is known of the spindle; of many faults, the first ones.
+fn notices(scene: &Scene<'_>) -> impl Iterator<Item = String> {
+    let notices = &scene.job.run.summary.notices;
+    notices.iter().take(4).map(|notice| {
+        let t = seconds(notice.t);
+        match notice.what {
+            NoticeKind::Contradiction {
+                told_rpm,
+                found_rpm,
+            } => format!(
+                "The sound is that of a spindle at {found_rpm:.0} 1/min and not at the \
+                 {told_rpm:.0} 1/min that were told (noticed at {t}): check the speed."
+            ),
+            NoticeKind::Tacho { fault } => format!(
+                "The tacho {} from {t} on.",
+                match fault {
+                    TachoFault::Silent => "gave no pulses",
+                    TachoFault::Missing => "missed pulses",
+                    TachoFault::Doubled => "gave too many pulses",
+                    TachoFault::Noisy => "gave pulses without a rhythm",
+                }
+            ),
+        }
+    })
 }
 
 /// How the alarms compare with what is known to have happened.
@@ -160,9 +187,11 @@ pub(super) fn how_to_read(scene: &Scene<'_>) -> String {
     let example = example(scene);
     let forcing = match scene.forcing() {
         Some((f, name)) => format!(" Here the {name} frequency is {}.", hertz(f)),
-        None => " Here no spindle speed was given, so nothing could be recognised as forced \
-                 by its frequency: a self-excited mode may be the cutter's own hum."
-            .into(),
+        None => {
+            " Here no spindle speed was given and none was heard, so nothing could be recognised \
+                 as forced by its frequency: a line may be the cutter's own hum."
+                .into()
+        }
     };
     format!(
         "<section aria-label=\"How to read this\">\n<h2>How to read this</h2>\n<ul>\n\

@@ -4,6 +4,7 @@
 //! (slow path). Words: *turn*, one revolution; *rhythm*, the expected interval.
 
 use crate::real::Real;
+use serde::{Deserialize, Serialize};
 
 /// Pulses the speed is read off.
 const HELD: usize = 12;
@@ -69,7 +70,7 @@ pub enum TachoError {
 }
 
 /// What is wrong with the pulses.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum TachoFault {
     /// No pulse at all, or none for two intervals of the slowest speed.
     Silent,

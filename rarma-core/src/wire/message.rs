@@ -1,8 +1,10 @@
 //! What the box and the host tell each other.
 
-use crate::condition::HealthCounts;
-use crate::decide::{Label, Reason, State};
-use crate::monitor::{MAX_MODES, MonitorConfig, Report};
+use crate::condition::{HealthCounts, TachoFault};
+use crate::decide::{Amplitude, BINS, Histogram, Label, Mode, Origin, Reason, State};
+use crate::monitor::{
+    AmplitudeReport, MAX_MODES, MonitorConfig, Report, SpeedSource, SpindleReport,
+};
 use crate::real::Real;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -38,6 +40,10 @@ pub enum Telemetry {
     Finished(Finished),
     /// The run cannot go on.
     Refused(Refusal),
+    /// How the amplitude of the followed mode is distributed, once a second.
+    Amplitude(HistogramMessage),
+    /// Something is wrong with what is known of the spindle, sent at once.
+    Notice(NoticeMessage),
 }
 
 /// The verdict at one instant.
@@ -53,6 +59,77 @@ pub struct Verdict {
     pub level: f32,
     /// Modes sorted by frequency.
     pub modes: Vec<ModeMessage, MAX_MODES>,
+    /// What is known of the spindle.
+    pub spindle: SpindleMessage,
+    /// What the amplitude of the followed mode says; none while none is followed.
+    pub amplitude: Option<AmplitudeMessage>,
+}
+
+/// What is known of the spindle.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SpindleMessage {
+    /// Rotations per second, Hz.
+    pub hz: Option<f32>,
+    /// Who says so.
+    pub source: SpeedSource,
+    /// Its lines are being removed.
+    pub locked: bool,
+    /// Half-width of the notch around each removed line, Hz; 0 while none is.
+    pub notch_hz: f32,
+    /// Power removed, input units squared.
+    pub removed_power: f32,
+}
+
+/// What the amplitude of the followed mode says.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct AmplitudeMessage {
+    /// Frequency of the mode, Hz.
+    pub frequency: f32,
+    /// S = Var V/E²V of the squared amplitude V: 1 for noise on a linear mode, 0 for a
+    /// steady tone.
+    pub scintillation: f32,
+    /// What that means.
+    pub verdict: Amplitude,
+    /// How far S is from a linear mode's, standard deviations of ln S.
+    pub z: f32,
+}
+
+/// Counts of the squared amplitude of the followed mode.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct HistogramMessage {
+    /// Input samples taken.
+    pub sample: u64,
+    /// Frequency of the mode, Hz.
+    pub frequency: f32,
+    /// Counts per bin, from 0 up.
+    pub counts: [u16; BINS],
+    /// Values beyond the last bin.
+    pub beyond: u16,
+    /// Width of a bin, input units squared.
+    pub bin_width: f32,
+}
+
+/// A notice and when it came.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct NoticeMessage {
+    /// Input samples taken.
+    pub sample: u64,
+    /// What there is to notice.
+    pub notice: Notice,
+}
+
+/// What the host should know of the spindle.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Notice {
+    /// The lines in the sound are not those of the speed in the settings. Once a run.
+    Contradiction {
+        /// Speed in the settings, Hz.
+        told_hz: f32,
+        /// Speed in the sound, Hz.
+        found_hz: f32,
+    },
+    /// A fault of the tacho has begun.
+    Tacho(TachoFault),
 }
 
 /// One mode.
@@ -74,6 +151,11 @@ pub struct ModeMessage {
     pub label: Label,
     /// Multiple of the spindle frequency it sits on.
     pub harmonic: Option<u32>,
+    /// What else explains it.
+    pub origin: Origin,
+    /// Time until the damping ratio reaches zero at the present rate, s, where that rate
+    /// is certain.
+    pub time_left_s: Option<f32>,
 }
 
 /// An alarm was called or released.
@@ -99,6 +181,10 @@ pub struct Finished {
     pub state_samples: [u64; 6],
     /// Bad samples.
     pub health: HealthCounts,
+    /// Samples for which the spindle's lines were being removed.
+    pub locked_samples: u64,
+    /// Energy of the removed lines over that of the band, the whole run; 0 to about 1.
+    pub removed_fraction: f32,
     /// The alarm that still stands: mean frequency (Hz) and lowest damping ratio.
     pub standing: Option<(f32, f32)>,
     /// Longest time one block took, µs by the box's clock.
@@ -130,16 +216,7 @@ impl Verdict {
         let mut modes = Vec::new();
         for mode in report.modes.iter().flatten() {
             // Both hold MAX_MODES: the push cannot fail.
-            let _ = modes.push(ModeMessage {
-                frequency: mode.frequency.to_f32(),
-                frequency_sd: mode.frequency_sd.to_f32(),
-                damping: mode.damping.to_f32(),
-                damping_sd: mode.damping_sd.to_f32(),
-                amplitude: mode.amplitude.to_f32(),
-                gradient: mode.gradient.to_f32(),
-                label: mode.label,
-                harmonic: mode.harmonic,
-            });
+            let _ = modes.push(ModeMessage::from(mode));
         }
         Self {
             sample: report.sample,
@@ -147,6 +224,65 @@ impl Verdict {
             reason: report.reason,
             level: report.level.to_f32(),
             modes,
+            spindle: SpindleMessage::from(&report.spindle),
+            amplitude: report.amplitude.as_ref().map(AmplitudeMessage::from),
         }
     }
 }
+
+impl<T: Real> From<&Mode<T>> for ModeMessage {
+    fn from(mode: &Mode<T>) -> Self {
+        Self {
+            frequency: mode.frequency.to_f32(),
+            frequency_sd: mode.frequency_sd.to_f32(),
+            damping: mode.damping.to_f32(),
+            damping_sd: mode.damping_sd.to_f32(),
+            amplitude: mode.amplitude.to_f32(),
+            gradient: mode.gradient.to_f32(),
+            label: mode.label,
+            harmonic: mode.harmonic,
+            origin: mode.origin,
+            time_left_s: mode.time_left_s.map(Real::to_f32),
+        }
+    }
+}
+
+impl<T: Real> From<&SpindleReport<T>> for SpindleMessage {
+    fn from(spindle: &SpindleReport<T>) -> Self {
+        Self {
+            hz: spindle.spindle_hz.map(Real::to_f32),
+            source: spindle.source,
+            locked: spindle.locked,
+            notch_hz: spindle.notch_hz.to_f32(),
+            removed_power: spindle.removed_power.to_f32(),
+        }
+    }
+}
+
+impl<T: Real> From<&AmplitudeReport<T>> for AmplitudeMessage {
+    fn from(amplitude: &AmplitudeReport<T>) -> Self {
+        Self {
+            frequency: amplitude.frequency.to_f32(),
+            scintillation: amplitude.reading.scintillation.to_f32(),
+            verdict: amplitude.reading.verdict,
+            z: amplitude.reading.z.to_f32(),
+        }
+    }
+}
+
+impl HistogramMessage {
+    /// The histogram of the mode at `frequency` (Hz) as it is sent.
+    pub fn new<T: Real>(sample: u64, frequency: T, histogram: &Histogram<T>) -> Self {
+        Self {
+            sample,
+            frequency: frequency.to_f32(),
+            counts: histogram.counts,
+            beyond: histogram.beyond,
+            bin_width: histogram.bin_width.to_f32(),
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "message_tests.rs"]
+mod tests;

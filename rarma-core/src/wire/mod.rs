@@ -4,4 +4,7 @@ mod frame;
 mod message;
 
 pub use frame::{Deframer, FrameError, MAGIC, MAX_FRAME, VERSION, decode, encode};
-pub use message::{AlarmMessage, Finished, ModeMessage, MonitorJob, Refusal, Telemetry, Verdict};
+pub use message::{
+    AlarmMessage, AmplitudeMessage, Finished, HistogramMessage, ModeMessage, MonitorJob, Notice,
+    NoticeMessage, Refusal, SpindleMessage, Telemetry, Verdict,
+};

@@ -13,8 +13,8 @@ pub use config::{ALONE_CONFIRMATIONS, PairConfig, PairError};
 use super::{AnyMonitor, MAX_MODES, Report, SpindleReport};
 use crate::condition::{Fault, HealthCounts};
 use crate::decide::{
-    Agreement, AlarmConfig, AlarmEvent, ChannelFault, ChannelWatch, Dropped, Label, Mode,
-    SILENT_RATIO, jointly_suspicious, partner,
+    Agreement, AlarmConfig, AlarmEvent, ChannelFault, ChannelWatch, Dropped, Histogram, Label,
+    Mode, SILENT_RATIO, jointly_suspicious, partner,
 };
 use crate::real::Real;
 
@@ -102,6 +102,8 @@ pub struct PairMonitor<T> {
     /// Frequency of the last alarm, and for how long it is remembered, s.
     before: Option<(T, T)>,
     reports_without_first: u32,
+    /// Channel whose level and modes the last report had.
+    lead: usize,
     samples: u64,
     decided_at: u64,
     sample_s: T,
@@ -135,6 +137,7 @@ impl<T: Real> PairMonitor<T> {
             alarm: None,
             before: None,
             reports_without_first: 0,
+            lead: 0,
             samples: 0,
             decided_at: 0,
             sample_s: T::from_f64(1.0 / first.fs_hz),
@@ -173,6 +176,21 @@ impl<T: Real> PairMonitor<T> {
             [false, false] => return None,
         }
         Some(self.decide())
+    }
+
+    /// A tacho pulse has just come, `fraction` of a sample before the newest sample; see
+    /// [`Monitor::pulse`](super::Monitor::pulse).
+    pub fn pulse(&mut self, fraction: T) {
+        for channel in &mut self.channels {
+            channel.monitor.pulse(fraction);
+        }
+    }
+
+    /// Histogram of the squared amplitude of the mode that the report's amplitude is
+    /// about, for display.
+    pub fn histogram(&self) -> Histogram<T> {
+        let leading = self.channels.get(self.lead);
+        leading.map_or(Histogram::default(), |c| c.monitor.histogram())
     }
 
     /// Counts of bad samples of channel `i` since the start.
@@ -316,7 +334,7 @@ impl<T: Real> PairMonitor<T> {
     }
 
     fn report(
-        &self,
+        &mut self,
         event: AlarmEvent<T>,
         dropped: &[Option<Dropped>; 2],
         listened: &[bool; 2],
@@ -327,6 +345,7 @@ impl<T: Real> PairMonitor<T> {
             (_, [Some(_), None]) => 1,
             _ => 0,
         };
+        self.lead = lead;
         let none = [None; MAX_MODES];
         let modes = |i: usize| match (&self.channels[i].last, listened[i]) {
             (Some(report), true) => report.modes,

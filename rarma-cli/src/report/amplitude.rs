@@ -1,0 +1,248 @@
+//! Picture (f): how the squared amplitude of the followed mode is distributed.
+
+use super::Scene;
+use super::axis::Axis;
+use super::panel::{LEFT, TOP};
+use super::text::{count, escape, hertz, px, seconds, significant};
+use crate::record::{Alarm, AmplitudeRecord, AmplitudeVerdict, HistogramRecord};
+use rarma_core::decide::{BINS_REACH, LIMIT_SCINTILLATION, SUSPICIOUS_SCINTILLATION};
+
+const WIDTH: f64 = 1000.0;
+const HEIGHT: f64 = 190.0;
+/// Right edge of the plot; words stand to the right of it.
+const EDGE: f64 = 560.0;
+const WORDS: f64 = 592.0;
+const LINE: f64 = 20.0;
+/// A mode within this part of a frequency is the one there.
+pub(super) const SAME: f64 = 0.05;
+
+/// A verdict in a word.
+pub(super) fn word(verdict: AmplitudeVerdict) -> &'static str {
+    match verdict {
+        AmplitudeVerdict::TooShort => "too short to tell",
+        AmplitudeVerdict::Forced => "noise on a damped mode",
+        AmplitudeVerdict::Suspicious => "steadier than noise",
+        AmplitudeVerdict::SelfExcited => "limit cycle",
+        AmplitudeVerdict::NotStationary => "not stationary",
+    }
+}
+
+/// A verdict in a sentence that is broken in two lines.
+fn sentence(verdict: AmplitudeVerdict) -> [&'static str; 2] {
+    match verdict {
+        AmplitudeVerdict::TooShort => ["Too few independent values", "for a verdict."],
+        AmplitudeVerdict::Forced => [
+            "As of a damped mode that noise drives:",
+            "not self-excited.",
+        ],
+        AmplitudeVerdict::Suspicious => ["Steadier than noise by itself,", "but not beyond doubt."],
+        AmplitudeVerdict::SelfExcited => ["A limit cycle: the vibration", "sustains itself."],
+        AmplitudeVerdict::NotStationary => {
+            ["Not stationary: it grows, fades,", "or comes and goes."]
+        }
+    }
+}
+
+/// The reading at an instant, of the mode at `f`.
+fn reading_at<'a>(scene: &Scene<'a>, t: f64, f: f64) -> Option<&'a AmplitudeRecord> {
+    let lines = scene.job.run.lines.iter().filter(|l| l.t.is_finite());
+    let near = |a: &&AmplitudeRecord| (a.f - f).abs() <= SAME * f;
+    lines
+        .filter_map(|l| Some((l.t, l.amplitude.as_ref().filter(near)?)))
+        .min_by(|a, b| (a.0 - t).abs().total_cmp(&(b.0 - t).abs()))
+        .map(|(_, reading)| reading)
+}
+
+/// What the amplitude said for most of an alarm; none where it was too short throughout.
+pub(super) fn of_alarm(scene: &Scene<'_>, alarm: &Alarm) -> Option<AmplitudeVerdict> {
+    let until = alarm.off.unwrap_or(scene.t_end);
+    let mut votes: Vec<(AmplitudeVerdict, usize)> = Vec::new();
+    for line in scene.job.run.lines.iter() {
+        let inside = line.t >= alarm.on && line.t <= until;
+        let Some(reading) = line.amplitude.as_ref().filter(|_| inside) else {
+            continue;
+        };
+        let there = (reading.f - alarm.f).abs() <= SAME * alarm.f;
+        if !there || reading.verdict == AmplitudeVerdict::TooShort {
+            continue;
+        }
+        match votes.iter_mut().find(|(v, _)| *v == reading.verdict) {
+            Some((_, n)) => *n += 1,
+            None => votes.push((reading.verdict, 1)),
+        }
+    }
+    votes.into_iter().max_by_key(|(_, n)| *n).map(|(v, _)| v)
+}
+
+/// The histogram to be shown: the last one of the first alarm, if there is one of which
+/// at most a tenth lies beyond the bins, such a one; else the last one of all.
+fn chosen<'a>(scene: &Scene<'a>) -> Option<&'a HistogramRecord> {
+    let all = &scene.job.run.histograms;
+    let drawable = |h: &&HistogramRecord| {
+        h.counts.bin_width.is_finite() && h.counts.bin_width > 0.0 && h.counts.total() > 0
+    };
+    let of_alarm = scene.spans.first().and_then(|span| {
+        let there = |h: &&HistogramRecord| (h.f - span.f).abs() <= SAME * span.f;
+        let during = |h: &&HistogramRecord| h.t >= span.on && h.t <= span.off;
+        let inside = |h: &&HistogramRecord| u32::from(h.counts.beyond) * 10 <= h.counts.total();
+        let of_it = || all.iter().filter(drawable).filter(there).filter(during);
+        of_it().rfind(inside).or_else(|| of_it().next_back())
+    });
+    of_alarm.or_else(|| all.iter().rfind(drawable))
+}
+
+/// Draws the figure.
+pub(super) fn figure(scene: &Scene<'_>) -> String {
+    let bottom = TOP + HEIGHT;
+    let mut svg = format!(
+        r#"<text x="{LEFT}" y="{}" class="title">(f) Amplitude of one mode</text>"#,
+        px(TOP - 11.0)
+    );
+    let (alt, caption) = match chosen(scene) {
+        Some(histogram) => draw(&mut svg, scene, histogram, bottom),
+        None => {
+            put!(
+                svg,
+                r#"<text x="{}" y="{}" class="name" text-anchor="middle">no mode was followed for long enough</text>"#,
+                px(0.5 * (LEFT + EDGE)),
+                px(0.5 * (TOP + bottom))
+            );
+            (
+                "Distribution of the amplitude: none.".to_owned(),
+                "Left empty: no mode was followed for long enough.".to_owned(),
+            )
+        }
+    };
+    put!(
+        svg,
+        r#"<rect class="frame" x="{LEFT}" y="{TOP}" width="{}" height="{HEIGHT}"/>"#,
+        px(EDGE - LEFT)
+    );
+    format!(
+        "<figure><div class=\"scroll\"><svg viewBox=\"0 0 {WIDTH} {}\" role=\"img\" aria-label=\"{}\">{svg}</svg></div><figcaption>{}</figcaption></figure>\n",
+        px(bottom + 42.0),
+        escape(&alt),
+        escape(&caption)
+    )
+}
+
+fn draw(
+    svg: &mut String,
+    scene: &Scene<'_>,
+    histogram: &HistogramRecord,
+    bottom: f64,
+) -> (String, String) {
+    let counts = &histogram.counts;
+    let fit = counts.decreasing();
+    let total = f64::from(counts.total());
+    let percent = |n: f64| 100.0 * n / total;
+    let most = counts.counts.iter().copied().max().unwrap_or(1);
+    let x = Axis::linear(0.0, BINS_REACH, LEFT, EDGE);
+    let y = Axis::linear(0.0, 1.08 * percent(f64::from(most)).max(1.0), bottom, TOP);
+    for (value, label) in y.ticks(4) {
+        let at = px(y.at(value));
+        put!(
+            svg,
+            r#"<path class="grid" d="M{LEFT} {at}H{EDGE}"/><text x="{}" y="{}" class="number" text-anchor="end">{label}</text>"#,
+            px(LEFT - 8.0),
+            px(y.at(value) + 4.0)
+        );
+    }
+    for (value, label) in x.ticks(4) {
+        let at = px(x.at(value));
+        put!(
+            svg,
+            r#"<path class="tick" d="M{at} {}v5"/><text x="{at}" y="{}" class="number" text-anchor="middle">{label}</text>"#,
+            px(bottom),
+            px(bottom + 18.0)
+        );
+    }
+    let width = BINS_REACH / counts.counts.len() as f64;
+    let (mut bars, mut steps) = (String::new(), String::new());
+    for (k, (&n, &fitted)) in counts.counts.iter().zip(&fit.counts).enumerate() {
+        let (left, right) = (x.at(k as f64 * width), x.at((k + 1) as f64 * width));
+        put!(
+            bars,
+            "M{} {}V{}H{}V{}Z",
+            px(left + 1.0),
+            px(bottom),
+            px(y.at(percent(f64::from(n)))),
+            px(right - 1.0),
+            px(bottom)
+        );
+        put!(
+            steps,
+            "{}{} {}H{}",
+            if k == 0 { 'M' } else { 'L' },
+            px(left),
+            px(y.at(percent(fitted))),
+            px(right)
+        );
+    }
+    put!(
+        svg,
+        r#"<path class="struct" d="{bars}"/><path class="fit-case" d="{steps}"/><path class="fit" d="{steps}"/><text class="name" x="{}" y="{}" text-anchor="middle">squared amplitude V, in multiples of its mean before</text><text class="name" text-anchor="middle" transform="translate(18 {}) rotate(-90)">part of the time (%)</text>"#,
+        px(0.5 * (LEFT + EDGE)),
+        px(bottom + 36.0),
+        px(0.5 * (TOP + bottom))
+    );
+    let reading = reading_at(scene, histogram.t, histogram.f);
+    let mut words = vec![
+        (
+            "strong",
+            format!(
+                "Mode at {}, at {}",
+                hertz(histogram.f),
+                seconds(histogram.t)
+            ),
+        ),
+        (
+            "legend",
+            format!(
+                "{} values of V, {} of them beyond",
+                count(u64::from(counts.total())),
+                count(u64::from(counts.beyond))
+            ),
+        ),
+    ];
+    let mut spoken = String::new();
+    if let Some(reading) = reading {
+        let s = format!("S = Var V / (mean V)² = {}", significant(reading.s));
+        let z = format!("{} sd from that of noise", significant(reading.z));
+        spoken = format!(" {s}: {}.", word(reading.verdict));
+        words.push(("strong", s));
+        words.push(("legend", z));
+        words.extend(sentence(reading.verdict).map(|w| ("strong", w.to_owned())));
+    }
+    words.push((
+        "legend",
+        format!(
+            "{} % of the values would have to move",
+            significant(100.0 * fit.weight)
+        ),
+    ));
+    words.push(("legend", "for w(V) to fall everywhere.".to_owned()));
+    for (k, (class, text)) in words.iter().enumerate() {
+        put!(
+            svg,
+            r#"<text x="{WORDS}" y="{}" class="{class}">{}</text>"#,
+            px(TOP + 14.0 + LINE * k as f64),
+            escape(text)
+        );
+    }
+    (
+        format!(
+            "Histogram of the squared amplitude of the mode at {} and the nearest falling step \
+             function.{spoken}",
+            hertz(histogram.f)
+        ),
+        format!(
+            "Bars: how often the squared amplitude V of the mode had which value, w(V). Line: the \
+             falling function nearest to it. Noise on a damped mode gives a w(V) that falls \
+             everywhere and S = 1; a vibration that sustains itself has a preferred amplitude, a \
+             hump away from 0, and S near 0. S below {LIMIT_SCINTILLATION:.2} is called a limit \
+             cycle, below {SUSPICIOUS_SCINTILLATION} suspicious, if chance is excluded. It \
+             confirms, it never raises the alarm: a steady forced line looks the same."
+        ),
+    )
+}
