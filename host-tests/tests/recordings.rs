@@ -15,7 +15,13 @@ const CHATTER_HZ: (f64, f64) = (898.0, 6.0);
 
 fn hear(file: &Path, options: &str) -> (Ended, Vec<Value>, Value) {
     let ended = rarma!().on("monitor", file, &format!("{options} --json"));
-    assert_eq!(ended.stderr, "", "{options}");
+    // Nothing to remark, or a told speed that the sound contradicts, both named.
+    let warned = ended.stderr.starts_with("Warning") && ended.stderr.contains("spindle at 448");
+    assert!(
+        ended.stderr.is_empty() || warned,
+        "{options}: {}",
+        ended.stderr
+    );
     let (lines, summary) = ended.monitored();
     (ended, lines, summary)
 }

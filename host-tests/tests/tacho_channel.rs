@@ -84,8 +84,6 @@ fn a_speed_that_changes_is_followed_without_an_alarm() {
 }
 
 #[test]
-#[ignore = "the monitor takes the part of a sample before a pulse for the part after it: \
-            1.4 % off with 34 samples between pulses, 0.1 % once it does not"]
 fn a_speed_that_changes_is_followed_by_four_pulses_a_turn() {
     follows_a_ramp(4);
 }

@@ -28,6 +28,8 @@ pub const SPEED_ACCURACY: f64 = 0.002;
 /// Flip lobes lie where a vibration takes 2, 2/3, 2/5 … tooth periods; beyond this odd
 /// number of half tooth frequencies they are lost among the others.
 pub const HIGHEST_FLIP_HALVES: u32 = 9;
+/// Up to this multiple a doubt about the speed counts: of an end mill in steel 33 were heard.
+const DOUBTED_MULTIPLES: f64 = 33.0;
 /// Half-width at most, as a fraction of the spacing of the multiples. The labels
 /// hide twice this fraction of all frequencies where every multiple of the
 /// spindle is looked at.
@@ -55,11 +57,18 @@ impl<T: Real> Rotation<T> {
         } else {
             T::ZERO
         };
+        // Far up every frequency is near some multiple of a speed in doubt, and forced
+        // lines are faint.
+        let doubt = if nearest > T::from_f64(DOUBTED_MULTIPLES) {
+            T::ZERO
+        } else {
+            self.doubt
+        };
         let width = spread
             .max(T::from_f64(LEAST_WIDTH_HZ))
             .max(f * self.accuracy)
             .min(spindle * T::from_f64(WIDEST_FRACTION))
-            .max((f * self.doubt).min(spindle * T::from_f64(0.5)));
+            .max((f * doubt).min(spindle * T::from_f64(0.5)));
         ((ratio - nearest).abs() * spindle <= width).then(|| nearest.to_f32() as u32)
     }
 

@@ -133,7 +133,7 @@ impl<T: Real> Spindle<T> {
     /// A tacho pulse, `fraction` of a sample before input sample `sample`.
     pub(super) fn pulse(&mut self, sample: u64, fraction: T) {
         if let Some(tacho) = &mut self.tacho {
-            tacho.pulse(sample, fraction);
+            tacho.pulse(sample, -fraction);
         }
     }
 
