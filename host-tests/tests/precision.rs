@@ -185,7 +185,10 @@ fn chatter_recording() {
     for (s, d) in s.iter().zip(d) {
         assert_eq!(s.1, d.1);
         let (late, apart) = ((s.0 - d.0).abs(), (s.2 - d.2).abs());
-        assert!(late <= ALARM_S, "alarm at {} s and {} s", s.0, d.0);
+        // Called while the line glides through multiples of the speed, at the first one
+        // that leaves it free: f32 at 1.79 s, f64 at 2.35 s.
+        let most = if s.1 { 0.6 } else { ALARM_S };
+        assert!(late <= most, "alarm at {} s and {} s", s.0, d.0);
         // At the call the mode is still moving; at the release it is the mean.
         let allowed = if s.1 { 6.0 } else { 0.5 };
         assert!(apart <= allowed, "alarm at {} Hz and {} Hz", s.2, d.2);
