@@ -67,14 +67,16 @@ impl<T: Real> Onset<T> {
     /// The vibration is dying away: less by 2 dB than 0.05 to 0.1 s ago. What rings on
     /// at the end of a cut is no chatter.
     pub fn is_falling(&self, power: T) -> bool {
-        self.filled > 1 && power < self.history[1] * T::from_f64(FALLING)
+        let before = self.history.get(1).filter(|_| self.filled > 1);
+        before.is_some_and(|before| power < *before * T::from_f64(FALLING))
     }
 
     /// The line of power `line` in a band of power `power` has risen by itself within
     /// the last half second: against the powers of 0.15 to 0.5 s ago, each by itself.
     pub fn rose_alone(&self, line: T, power: T) -> bool {
         let rest = (power - line).max(T::ZERO);
-        self.history[..self.filled].iter().skip(3).any(|before| {
+        let history = self.history.iter().take(self.filled);
+        history.skip(3).any(|before| {
             *before > T::ZERO
                 && line > *before * T::from_f64(ALONE)
                 && rest < *before * T::from_f64(OTHERS)

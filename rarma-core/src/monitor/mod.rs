@@ -61,7 +61,6 @@ pub struct Monitor<T, const P: usize, const Q: usize, const N: usize> {
     spindle: Spindle<T>,
     band: (T, T),
     idle_samples: Option<(u64, u64)>,
-    input_fs: T,
     fs: T,
     gains: Gains<T>,
     /// Mean square of the band, and of what is left of it without the spindle's lines.
@@ -71,6 +70,8 @@ pub struct Monitor<T, const P: usize, const Q: usize, const N: usize> {
     loudest: T,
     power_gain: T,
     samples: u64,
+    /// Time heard, up to a second, s.
+    heard_s: T,
     until_decision: u32,
     decision_every: u32,
     period_s: T,
@@ -110,7 +111,6 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
                 let sample = |t: f64| (t * config.fs_hz) as u64;
                 (sample(from), sample(to))
             }),
-            input_fs: T::from_f64(config.fs_hz),
             fs: T::from_f64(fs),
             gains: Gains::new(fs),
             power: T::ZERO,
@@ -118,6 +118,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             loudest: T::ZERO,
             power_gain: T::from_f64((1.0 / (POWER_TAU_S * fs)).min(1.0)),
             samples: 0,
+            heard_s: T::ZERO,
             until_decision: decision_every,
             decision_every,
             period_s: T::from_f64(period_s),

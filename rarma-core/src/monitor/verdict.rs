@@ -2,7 +2,7 @@
 
 use super::slot::{Slot, Surroundings};
 use super::{MAX_MODES, Monitor, Report};
-use crate::decide::{AlarmEvent, CUT_RATIO, Mode, Origin, Reading, Reason, State};
+use crate::decide::{AlarmEvent, CUT_RATIO, Mode, Reading, Reason, State};
 use crate::real::Real;
 use crate::spectrum::{deviation, modal};
 
@@ -39,7 +39,8 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             .idle_samples
             .is_some_and(|(from, to)| (from..to).contains(&self.samples));
         let was_in_cut = self.idle.is_cutting() && self.idle.idle_level().is_some();
-        let settled = T::from_f64(self.samples as f64) > self.input_fs * T::from_f64(SETTLED_S);
+        self.heard_s = (self.heard_s + self.period_s).min(T::ONE);
+        let settled = self.heard_s > T::from_f64(SETTLED_S);
         let cutting = self
             .idle
             .update(level, told_idle, settled && self.trusts_samples());
@@ -203,9 +204,9 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
                 .max(self.rest_power * T::from_f64(LEAST_REST))
                 .max(*here);
             if rest > T::ZERO && !reading.origin.explains() {
-                // As long as nothing is known of idle, a line off the multiples of a told
-                // speed must be nearly all there is: it may have been there all along.
-                let doubted = reading.origin == Origin::Free && !reading.grew && !idle_known;
+                // As long as nothing is known of idle, a line that no speed explains must
+                // be nearly all there is: it may have been there all along.
+                let doubted = !reading.grew && !idle_known;
                 let known = T::from_f64(if doubted { NO_IDLE } else { 1.0 });
                 reading.share = known * *here / rest;
             }
