@@ -29,6 +29,7 @@ impl Bench {
             origin: Origin::Free,
             harmonic: None,
             harmonic_is_sure: true,
+            surely_free: false,
             in_band: true,
             grew: false,
             evidence: Evidence::default(),

@@ -74,6 +74,8 @@ pub struct Reading<T> {
     pub harmonic: Option<u32>,
     /// It is one without any doubt about a speed that is heard, not merely told.
     pub harmonic_is_sure: bool,
+    /// It is none whatever is believed of the speed.
+    pub surely_free: bool,
     /// Inside the band that is analysed.
     pub in_band: bool,
     /// It has grown out of damping, or risen by itself: where its origin is unknown, it
@@ -92,6 +94,7 @@ pub struct ModeTrack<T> {
     undamped_s: T,
     excused: (Origin, T),
     rotation_s: T,
+    free_s: T,
 }
 
 impl<T: Real> Default for ModeTrack<T> {
@@ -103,6 +106,7 @@ impl<T: Real> Default for ModeTrack<T> {
             undamped_s: T::ZERO,
             excused: (Origin::Free, T::ZERO),
             rotation_s: T::ZERO,
+            free_s: T::ZERO,
         }
     }
 }
@@ -121,6 +125,10 @@ const GRADIENT_NOISE: f64 = 7.07;
 /// cutter enters and jumps when it leaves, and is not known anew at once.
 const ROTATION_HOLD_S: f64 = 0.5;
 const ROTATION_PROVEN_S: f64 = 0.2;
+/// A loud line that has been off all multiples for this long, s, whatever the doubt about
+/// the speed, is not forced: it stays free when it glides to where only the doubt reaches.
+/// The chatter of a face mill glides through four multiples in its first second.
+const FREE_PROVEN_S: f64 = 0.15;
 /// A mode that jumps further than this (relative) is another one.
 const SAME_MODE: f64 = 0.03;
 
@@ -140,6 +148,11 @@ impl<T: Real> ModeTrack<T> {
         jumped
     }
 
+    /// It was seen off all multiples for long enough, whatever the doubt about the speed.
+    pub fn is_proven_free(&self) -> bool {
+        self.free_s >= T::from_f64(FREE_PROVEN_S)
+    }
+
     /// Takes one reading. `config` says what is undamped and loud; `period_s` is the
     /// time since the last decision.
     pub fn update(
@@ -153,7 +166,7 @@ impl<T: Real> ModeTrack<T> {
         let (damping, damping_sd) = reading.damping;
         self.remember_damping(damping, period_s);
         let (gradient, time_left_s) = self.outlook(damping_sd);
-        let origin = self.excuse(reading, period_s);
+        let origin = self.excuse(reading, loud, config, period_s);
 
         // Suspicion grows as fast as the reading is sure, and goes as fast as it came:
         // one bad reading does not clear it.
@@ -250,8 +263,24 @@ impl<T: Real> ModeTrack<T> {
     }
 
     /// What explains the mode now, or did until a moment ago.
-    fn excuse(&mut self, reading: &Reading<T>, period_s: T) -> Origin {
+    fn excuse(
+        &mut self,
+        reading: &Reading<T>,
+        loud: bool,
+        config: &AlarmConfig<T>,
+        period_s: T,
+    ) -> Origin {
         let (held, left_s) = self.excused;
+        let line = loud && config.may_be_line(reading.damping);
+        self.free_s = if reading.harmonic_is_sure {
+            T::ZERO
+        } else if reading.surely_free && line {
+            (self.free_s + period_s).min(T::ONE)
+        } else if line {
+            self.free_s
+        } else {
+            (self.free_s - period_s).max(T::ZERO)
+        };
         let hold_s = match reading.origin {
             Origin::Rotation => {
                 if reading.harmonic_is_sure {

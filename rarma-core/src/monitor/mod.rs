@@ -7,6 +7,7 @@
 mod amplitude;
 mod any;
 mod config;
+mod drift;
 mod pair;
 mod report;
 mod slot;

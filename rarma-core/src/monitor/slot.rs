@@ -116,20 +116,21 @@ impl<T: Real> Slot<T> {
         let here = self.at.power();
         self.overtone = self.is_overtone(frequency, sd.frequency, around);
         let harmonic = around.rotation.harmonic(frequency, sd.frequency);
+        let certain = around.rotation.without_doubt();
+        let certain = certain.harmonic(frequency, sd.frequency).is_some();
+        // What was proven not to be forced stays so where only the doubt reaches.
+        let harmonic = harmonic.filter(|_| certain || !self.track.is_proven_free());
+        let origin = self.origin(frequency, sd.frequency, harmonic, around);
         let reading = Reading {
             frequency: (frequency, sd.frequency),
             damping: (modal.damping, sd.damping),
             amplitude: self.at.amplitude(),
             share: T::ZERO,
             share_of_all: T::ZERO,
-            origin: self.origin(frequency, sd.frequency, harmonic, around),
+            origin,
             harmonic,
-            harmonic_is_sure: around.spindle.is_heard()
-                && around
-                    .rotation
-                    .without_doubt()
-                    .harmonic(frequency, sd.frequency)
-                    .is_some(),
+            harmonic_is_sure: around.spindle.is_heard() && certain,
+            surely_free: origin == Origin::Free && around.spindle.vouches(),
             in_band: frequency >= around.band.0 && frequency <= around.band.1,
             grew: (around.louder && around.places.has_grown(frequency, here))
                 || around.places.has_risen(frequency),

@@ -5,6 +5,7 @@
 //! the sound that nobody told of; the told speed itself.
 
 use super::MonitorConfig;
+use super::drift::Drift;
 use crate::condition::{
     Finding, Lock, SpeedFinder, SpeedFinderConfig, SpindleLines, SpindleLinesConfig, Tacho,
     TachoConfig, TachoFault,
@@ -24,6 +25,9 @@ const ENTERING: (f64, f64) = (0.8, 0.013);
 /// A told speed that the sound has not confirmed is in doubt for this long of cutting,
 /// s, by this part of it: a mill told 4500 rpm turned at 4577.
 const UNCONFIRMED: (f64, f64) = (0.8, 0.02);
+/// Parts of the told speed up to which a speed that is heard may stand for it: most
+/// machines' overrides reach further down, where the sound contradicts the setting.
+const OVERRIDE: (f64, f64) = (0.75, 1.25);
 /// What a speed read off lines or a tacho is taken for at best, as a part of it, and
 /// the standard deviations that stand for its width.
 const READ_ACCURACY: f64 = 3e-4;
@@ -69,7 +73,14 @@ pub(super) struct Spindle<T> {
     finder: Option<SpeedFinder<T>>,
     lines: Option<SpindleLines<T, LINES>>,
     tacho: Option<Tacho<T>>,
+    /// The setting, and what stands for it since a speed near it was heard: an operator
+    /// who said 4500 for 4577 is wrong for good, and an override moves the speed.
+    setting: Option<T>,
     told: Option<T>,
+    was_locked: bool,
+    /// The speed found last is a mean over an entry.
+    found_at_entry: bool,
+    drift: Drift<T>,
     teeth: Option<u32>,
     /// Speed and its deviation as found in the sound, and how long ago, s.
     found: Option<((T, T), T)>,
@@ -113,7 +124,11 @@ impl<T: Real> Spindle<T> {
                 })
                 .ok()
             }),
+            setting: told.map(T::from_f64),
             told: told.map(T::from_f64),
+            was_locked: false,
+            found_at_entry: false,
+            drift: Drift::default(),
             teeth,
             found: None,
             doubtful: None,
@@ -164,18 +179,45 @@ impl<T: Real> Spindle<T> {
                 (comb.spacing_hz, comb.sd_hz)
             }
             Finding::Contradiction { told_hz, found_hz } => {
-                self.contradiction = Some((told_hz, found_hz));
+                self.contradiction = Some((self.setting.unwrap_or(told_hz), found_hz));
                 self.doubtful = Some((found_hz, T::ZERO));
                 return;
             }
         };
         self.found = Some(((speed, sd), T::ZERO));
+        self.found_at_entry = self.is_entering();
+        self.retell(speed);
         if let Some(lines) = &mut self.lines
             && lines.lock() != Lock::Locked
             && self.tacho_reading.is_none()
         {
             lines.start(speed, sd);
         }
+    }
+
+    /// What was heard stands for what was told, as far as an override reaches.
+    fn retell(&mut self, speed: T) {
+        let (least, most) = OVERRIDE;
+        let within = self.setting.is_some_and(|setting| {
+            speed > setting * T::from_f64(least) && speed < setting * T::from_f64(most)
+        });
+        if !within {
+            return;
+        }
+        self.told = Some(speed);
+        if let Some(finder) = &mut self.finder {
+            // Out of its range it keeps what it was told.
+            let _ = finder.tell(Some(speed));
+        }
+    }
+
+    /// A lock that is lost was lost because the speed has changed.
+    fn watch_lock(&mut self) {
+        let locked = self.locked().is_some();
+        if self.was_locked && !locked && self.told.is_some() {
+            self.unconfirmed_s = T::from_f64(UNCONFIRMED.0);
+        }
+        self.was_locked = locked;
     }
 
     /// A decision: time passes; `begins` says that a cut has just begun.
@@ -196,7 +238,10 @@ impl<T: Real> Spindle<T> {
             .doubtful
             .map(|(speed, age_s)| (speed, age_s + period_s))
             .filter(|(_, age_s)| *age_s < T::from_f64(FOUND_HOLD_S));
+        self.watch_lock();
         self.read_tacho(now);
+        let speed = self.speed().map(|(speed, ..)| speed);
+        self.drift.note(speed, period_s);
     }
 
     /// A cut has just begun.
@@ -255,12 +300,9 @@ impl<T: Real> Spindle<T> {
         let Some((speed, width, source)) = self.speed() else {
             return Rotation::default();
         };
-        let entering = self.entering_s > T::ZERO && source != SpeedSource::Tacho;
-        let unconfirmed = self.unconfirmed_s > T::ZERO && source == SpeedSource::Told;
-        let doubt = match (entering, unconfirmed) {
-            (_, true) => T::from_f64(UNCONFIRMED.1),
-            (true, false) => T::from_f64(ENTERING.1),
-            _ => T::ZERO,
+        let doubt = match source {
+            SpeedSource::Tacho => T::ZERO,
+            _ => self.doubt(speed),
         };
         Rotation {
             spindle_hz: Some(speed),
@@ -269,6 +311,27 @@ impl<T: Real> Spindle<T> {
             accuracy: width,
             doubt,
         }
+    }
+
+    /// How far a speed that no tacho measures may be off, as a part of it.
+    fn doubt(&self, speed: T) -> T {
+        let snapshot = self.found_at_entry && !self.was_locked;
+        let mut doubt = T::ZERO;
+        if self.entering_s > T::ZERO || snapshot {
+            doubt = T::from_f64(ENTERING.1);
+        }
+        if self.unconfirmed_s > T::ZERO && !self.was_locked {
+            doubt = doubt.max(T::from_f64(UNCONFIRMED.1));
+        }
+        // One that moves may move on, and what follows it is late.
+        let drift = self.drift.of(speed).min(T::from_f64(UNCONFIRMED.1));
+        doubt.max(drift)
+    }
+
+    /// A line off all multiples is not forced: the speed is heard, or is in doubt, which
+    /// is counted.
+    pub(super) fn vouches(&self) -> bool {
+        self.is_heard() || self.rotation().doubt > T::ZERO
     }
 
     /// The speed is heard, not merely told.
