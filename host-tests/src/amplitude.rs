@@ -50,6 +50,21 @@ impl Heard {
         let n = self.verdicts.iter().filter(|v| **v == verdict).count();
         n as f64 / self.verdicts.len().max(1) as f64
     }
+
+    /// The parts of all verdicts for a table, %: forced, suspicious, self-excited, not
+    /// stationary, too short.
+    #[must_use]
+    pub fn shares(&self) -> String {
+        [
+            Amplitude::Forced,
+            Amplitude::Suspicious,
+            Amplitude::SelfExcited,
+            Amplitude::NotStationary,
+            Amplitude::TooShort,
+        ]
+        .map(|verdict| format!("{:.0}", 100.0 * self.share(verdict)))
+        .join(" / ")
+    }
 }
 
 /// Runs a monitor, and the statistic of one mode that is no forced line: the least

@@ -6,6 +6,7 @@
 //! method. Plain f64, its own root and matrix arithmetic: nothing of the product
 //! is used here.
 
+use crate::signal;
 use hal_sim::plant::modal_noise::ModalNoise;
 use std::f64::consts::{PI, TAU};
 
@@ -145,17 +146,8 @@ impl Bound {
 /// poles, C from its autocovariance.
 #[must_use]
 pub fn model_of(noise: &ModalNoise) -> (Vec<f64>, Vec<f64>) {
-    let mut a = vec![1.0];
-    for pole in noise.true_poles() {
-        let factor = [1.0, -2.0 * pole.re, pole.re * pole.re + pole.im * pole.im];
-        let mut next = vec![0.0; a.len() + 2];
-        for (i, x) in a.iter().enumerate() {
-            for (j, y) in factor.iter().enumerate() {
-                next[i + j] += x * y;
-            }
-        }
-        a = next;
-    }
+    let poles = noise.true_poles().into_iter();
+    let mut a = signal::product(poles.map(|p| [1.0, -2.0 * p.re, p.re * p.re + p.im * p.im]));
     let (p, q) = noise.arma_order();
     let r = noise.autocovariance(p + q);
     let moving: Vec<f64> = (0..=q)

@@ -3,7 +3,7 @@
 
 use crate::signal;
 use hal_sim::plant::modal::Mode;
-use hal_sim::plant::modal_noise::{ModalNoise, ModalNoiseConfig, NoiseMode};
+use hal_sim::plant::modal_noise::ModalNoise;
 use hal_sim::plant::process::{Contact, ForceNoise, Schedule};
 use hal_sim::plant::stability::turning_limit;
 use hal_sim::plant::turning::{Turning, TurningConfig};
@@ -188,23 +188,7 @@ fn good(seed: u64) -> Samples {
 }
 
 fn modal(modes: &[(f64, f64)], seed: u64) -> ModalNoise {
-    let modes = modes
-        .iter()
-        .map(|&(f_hz, zeta)| NoiseMode {
-            f_hz,
-            zeta,
-            rms: GOOD_RMS,
-        })
-        .collect();
-    ModalNoise::new(ModalNoiseConfig {
-        fs_hz: FS,
-        modes,
-        drive: Default::default(),
-        quantity: Default::default(),
-        snr_db: None,
-        seed,
-    })
-    .expect("modes in range")
+    signal::modes_of(GOOD_RMS, modes, FS, seed)
 }
 
 fn modes(list: &[(f64, f64)], seed: u64) -> Samples {

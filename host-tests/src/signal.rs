@@ -24,13 +24,18 @@ pub fn tone(f_hz: f64, fs_hz: f64) -> impl Iterator<Item = f64> {
 /// A mode is out of range.
 #[must_use]
 pub fn modes(modes: &[(f64, f64)], fs_hz: f64, seed: u64) -> ModalNoise {
+    modes_of(1.0, modes, fs_hz, seed)
+}
+
+/// As [`modes`], each of root mean square `rms`.
+///
+/// # Panics
+/// A mode is out of range.
+#[must_use]
+pub fn modes_of(rms: f64, modes: &[(f64, f64)], fs_hz: f64, seed: u64) -> ModalNoise {
     let modes = modes
         .iter()
-        .map(|&(f_hz, zeta)| NoiseMode {
-            f_hz,
-            zeta,
-            rms: 1.0,
-        })
+        .map(|&(f_hz, zeta)| NoiseMode { f_hz, zeta, rms })
         .collect();
     ModalNoise::new(ModalNoiseConfig {
         fs_hz,
@@ -46,12 +51,20 @@ pub fn modes(modes: &[(f64, f64)], fs_hz: f64, seed: u64) -> ModalNoise {
 /// Coefficients a₁…a_p of the polynomial with these modes, sampled at `fs_hz`.
 #[must_use]
 pub fn polynomial(modes: &[(f64, f64)], fs_hz: f64) -> Vec<f64> {
-    let mut a = vec![1.0];
-    for &(f, zeta) in modes {
+    let factors = modes.iter().map(|&(f, zeta)| {
         let w = TAU * f / fs_hz;
         let radius = (-zeta * w).exp();
         let angle = w * (1.0 - zeta * zeta).sqrt();
-        let factor = [1.0, -2.0 * radius * angle.cos(), radius * radius];
+        [1.0, -2.0 * radius * angle.cos(), radius * radius]
+    });
+    product(factors).split_off(1)
+}
+
+/// Coefficients of the product of polynomials of second degree, the leading one first.
+#[must_use]
+pub fn product(factors: impl IntoIterator<Item = [f64; 3]>) -> Vec<f64> {
+    let mut a = vec![1.0];
+    for factor in factors {
         let mut next = vec![0.0; a.len() + 2];
         for (i, x) in a.iter().enumerate() {
             for (j, y) in factor.iter().enumerate() {
@@ -60,7 +73,7 @@ pub fn polynomial(modes: &[(f64, f64)], fs_hz: f64) -> Vec<f64> {
         }
         a = next;
     }
-    a.split_off(1)
+    a
 }
 
 /// An ARMA process with coefficients a and c (without the leading 1) and white

@@ -34,9 +34,8 @@ fn cut(name: &str, part: f64, remove_lines: bool) -> Heard {
     let samples: Vec<f64> = cut.map(|r| f64::from(r.value)).collect();
     let heard = listen(&how, &samples);
     let root = roots(process, 0.0, part * limit.depth_m, 1).expect("roots")[0];
-    let share = |v| 100.0 * heard.share(v);
     println!(
-        "| {name} | {part} | {} | {:.1} | {:.3} | {:.1} | {:.3} | {:.3} | {:.0} | {:.1} | {:.0} / {:.0} / {:.0} / {:.0} / {:.0} |",
+        "| {name} | {part} | {} | {:.1} | {:.3} | {:.1} | {:.3} | {:.3} | {:.0} | {:.1} | {} |",
         if remove_lines { "out" } else { "in" },
         root.f_hz,
         100.0 * root.zeta,
@@ -45,11 +44,7 @@ fn cut(name: &str, part: f64, remove_lines: bool) -> Heard {
         heard.scintillation,
         heard.last.effective,
         heard.last.z,
-        share(Amplitude::Forced),
-        share(Amplitude::Suspicious),
-        share(Amplitude::SelfExcited),
-        share(Amplitude::NotStationary),
-        share(Amplitude::TooShort)
+        heard.shares()
     );
     heard
 }

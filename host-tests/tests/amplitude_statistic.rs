@@ -235,18 +235,13 @@ fn alone(memory_s: f64) -> Listening {
 
 fn said(name: &str, seconds: f64, x: &[f64], memory_s: f64) -> host_tests::amplitude::Heard {
     let heard = listen(&alone(memory_s), x);
-    let share = |v| 100.0 * heard.share(v);
     println!(
-        "| {name} | {seconds} | {memory_s} | {:.1} | {:.3} | {:.3} | {:.0} | {:.0} / {:.0} / {:.0} / {:.0} / {:.0} |",
+        "| {name} | {seconds} | {memory_s} | {:.1} | {:.3} | {:.3} | {:.0} | {} |",
         heard.mode.0,
         100.0 * heard.mode.1,
         heard.scintillation,
         heard.last.effective,
-        share(Amplitude::Forced),
-        share(Amplitude::Suspicious),
-        share(Amplitude::SelfExcited),
-        share(Amplitude::NotStationary),
-        share(Amplitude::TooShort)
+        heard.shares()
     );
     heard
 }

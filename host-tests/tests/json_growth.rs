@@ -3,23 +3,13 @@
 
 use host_tests::files::{FLOAT, Folder, wav};
 use host_tests::forced::{Forced, ForcedConfig};
+use host_tests::json::keys;
 use host_tests::{rarma, signal};
 use serde_json::Value;
 use std::path::PathBuf;
 
 const FS: u32 = 8000;
 const SAMPLES: usize = 4 * FS as usize;
-
-fn keys(object: &Value) -> Vec<&str> {
-    let mut keys: Vec<&str> = object
-        .as_object()
-        .unwrap_or_else(|| panic!("not an object: {object}"))
-        .keys()
-        .map(String::as_str)
-        .collect();
-    keys.sort_unstable();
-    keys
-}
 
 /// A mode of 4 % in two channels; the second sticks from 1 to 2 s.
 fn stereo(folder: &Folder) -> PathBuf {

@@ -82,6 +82,29 @@ fn prepared(file: &str, all: &Value, case: &Value) -> Vec<f64> {
     y
 }
 
+/// A published model of a series.
+struct Published<'a> {
+    method: &'a str,
+    order: (usize, usize),
+    /// The series as it was fitted.
+    y: Vec<f64>,
+    /// Coefficients of A, then of C.
+    theirs: Vec<f64>,
+}
+
+impl<'a> Published<'a> {
+    fn of(file: &str, all: &Value, case: &'a Value) -> Self {
+        let mut theirs = numbers(&case["ar"]);
+        theirs.extend(numbers(&case["ma"]));
+        Self {
+            method: case["method"].as_str().expect("method"),
+            order: (integer(&case["p"]), integer(&case["q"])),
+            y: prepared(file, all, case),
+            theirs,
+        }
+    }
+}
+
 fn ml(y: &[f64], p: usize, q: usize) -> Result<Model, FitError> {
     let fit = Ml::new(MlConfig::default())?.fit::<N, N>(y, p, q)?;
     Ok(Model {
@@ -157,11 +180,12 @@ fn coefficients_are_those_published() {
     let mut models = 0;
     for (file, all) in files(&folder) {
         for case in all["cases"].as_array().expect("cases") {
-            let method = case["method"].as_str().expect("method");
-            let (p, q) = (integer(&case["p"]), integer(&case["q"]));
-            let y = prepared(&file, &all, case);
-            let mut theirs = numbers(&case["ar"]);
-            theirs.extend(numbers(&case["ma"]));
+            let Published {
+                method,
+                order: (p, q),
+                y,
+                theirs,
+            } = Published::of(&file, &all, case);
             let stated = case["tol"].as_f64().or(all["tolerance_abs"].as_f64());
             let tolerance = stated.unwrap_or(OF_A_SEARCH);
             let found = fits(method, &y, p, q).unwrap_or_else(|why| panic!("{file}: {why}"));
@@ -237,11 +261,12 @@ fn methods_are_told_apart() {
     let mut compared = 0;
     for (file, all) in files(&folder) {
         for case in all["cases"].as_array().expect("cases") {
-            let method = case["method"].as_str().expect("method");
-            let (p, q) = (integer(&case["p"]), integer(&case["q"]));
-            let y = prepared(&file, &all, case);
-            let mut theirs = numbers(&case["ar"]);
-            theirs.extend(numbers(&case["ma"]));
+            let Published {
+                method,
+                order: (p, q),
+                y,
+                theirs,
+            } = Published::of(&file, &all, case);
             let other = match method.split(' ').next().unwrap_or("") {
                 "Burg" => fits("Yule-Walker", &y, p, 0),
                 "Yule-Walker" | "Durbin-Levinson" => fits("Burg", &y, p, 0),

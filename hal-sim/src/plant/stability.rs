@@ -287,10 +287,11 @@ impl Mul for Cx {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    fn benchmark(engagement: Engagement, rpm: f64) -> MillingConfig {
+    /// The published two-tooth benchmark, symmetric.
+    pub(in crate::plant) fn benchmark(engagement: Engagement, rpm: f64) -> MillingConfig {
         let mode = Mode::from_mass(922.0, 0.011, 0.03993);
         MillingConfig {
             engagement,

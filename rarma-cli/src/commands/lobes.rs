@@ -8,12 +8,13 @@ use crate::scenario;
 use crate::truth::crossing_word;
 use hal_sim::plant::cut::Process;
 use hal_sim::plant::delay::DepthSearch;
+use hal_sim::plant::error::PlantError;
 use hal_sim::plant::truth::{limit_of, zero_order_m};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::fs;
 
-/// Least depth that is looked at, relative to the largest; ratio of the scan.
+/// Depth at which the scan starts, relative to the largest; ratio of the scan.
 const LEAST: f64 = 0.01;
 const RATIO: f64 = 1.04;
 
@@ -61,7 +62,7 @@ pub(super) fn main(args: &LobesArgs) -> Result<u8, Failure> {
             .map(|i| range.0 + (range.1 - range.0) * i as f64 / (args.speeds - 1).max(1) as f64)
             .collect();
         let bar = show::progress(speeds.len() as u64, &loaded.scenario.name);
-        let points = speeds
+        let points: Result<Vec<LobePoint>, PlantError> = speeds
             .par_iter()
             .map(|&rpm| {
                 let point = point(&process, rpm, most_mm);
@@ -70,6 +71,7 @@ pub(super) fn main(args: &LobesArgs) -> Result<u8, Failure> {
             })
             .collect();
         bar.finish_and_clear();
+        let points = points.map_err(|why| Failure::Input(format!("{name}: whole file: {why}")))?;
         all.push(Lobes {
             scenario: loaded.scenario.name,
             most_mm,
@@ -94,7 +96,10 @@ pub(super) fn main(args: &LobesArgs) -> Result<u8, Failure> {
 }
 
 /// The limit at one speed.
-pub fn point(process: &Process, speed_rpm: f64, most_mm: f64) -> LobePoint {
+///
+/// # Errors
+/// As the validation of the process; no limit is none.
+pub fn point(process: &Process, speed_rpm: f64, most_mm: f64) -> Result<LobePoint, PlantError> {
     let at = process.at_spindle_hz(speed_rpm / 60.0);
     let search = DepthSearch {
         low_m: LEAST * 1e-3 * most_mm,
@@ -102,14 +107,18 @@ pub fn point(process: &Process, speed_rpm: f64, most_mm: f64) -> LobePoint {
         ratio: RATIO,
         tolerance: 1e-4,
     };
-    let limit = limit_of(&at, f64::INFINITY, &search).ok();
-    LobePoint {
+    let limit = match limit_of(&at, f64::INFINITY, &search) {
+        Ok(limit) => Some(limit),
+        Err(PlantError::NoLimit) => None,
+        Err(why) => return Err(why),
+    };
+    Ok(LobePoint {
         speed_rpm,
         depth_mm: limit.map(|l| 1e3 * l.depth_m),
         chatter_hz: limit.map(|l| l.root.f_hz),
         crossing: limit.map(|l| crossing_word(l.crossing)),
         zero_order_mm: zero_order_m(&at).map(|d| 1e3 * d),
-    }
+    })
 }
 
 fn tell(all: &[Lobes]) {
@@ -235,4 +244,25 @@ fn html(all: &[Lobes]) -> String {
         &body,
         env!("CARGO_PKG_VERSION"),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_limit_does_not_depend_on_how_deep_one_looks() {
+        let loaded = scenario::load("two-tooth-benchmark", None).expect("shipped");
+        let process = loaded.scenario.process;
+        // 0.0714 mm, far below a hundredth of the largest depths.
+        for most_mm in [0.1, 10.0, 100.0] {
+            let point = point(&process, 10_000.0, most_mm).expect("valid");
+            let depth = point.depth_mm.expect("a limit");
+            assert!((0.0710..0.0718).contains(&depth), "{most_mm}: {point:?}");
+        }
+        let none = point(&process, 10_000.0, 0.05).expect("valid");
+        assert_eq!(none.depth_mm, None);
+        // What is no speed has no chart, instead of one without a limit.
+        assert!(point(&process, 0.0, 1.0).is_err());
+    }
 }

@@ -1,5 +1,6 @@
 //! One file per command.
 
+mod channel;
 mod choose_order;
 mod demo;
 mod estimators;

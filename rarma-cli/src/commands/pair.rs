@@ -1,9 +1,10 @@
 //! `rarma monitor --second`: two channels of one recording, one verdict.
 
+use super::channel;
 use crate::args::MonitorArgs;
 use crate::collect::{Collector, News};
 use crate::failure::Failure;
-use crate::input::{self, ReadOptions, Recording};
+use crate::input::{self, Recording};
 use crate::record::{ChannelRecord, FaultRecord, Run};
 use firmware::monitor::Telling;
 use rarma_core::condition::{Fault, HealthCounts};
@@ -23,26 +24,10 @@ pub fn read(args: &MonitorArgs, second: usize) -> Result<[Recording; 2], Failure
             "--second: must be another channel than --channel (both are {second})"
         )));
     }
-    let open = |channel| {
-        let options = ReadOptions {
-            channel,
-            fs: args.input.fs,
-            check: false,
-        };
-        input::read(path, &options)
-    };
-    let first = open(args.input.channel)?;
-    if second >= first.channels {
-        let have = match first.channels {
-            1 => "one channel, number 0".to_owned(),
-            n => format!("{n} channels, numbered 0 to {}", n - 1),
-        };
-        return Err(Failure::Input(format!(
-            "{}: channels: --second asks for channel {second}, but the file has {have} (record both sensors into one file, or leave out --second)",
-            path.display()
-        )));
-    }
-    let both = [first, open(second)?];
+    let first = channel::open(args, args.input.channel)?;
+    let remedy = "record both sensors into one file";
+    channel::require(args, "--second", second, first.channels, remedy)?;
+    let both = [first, channel::open(args, second)?];
     for notice in &both[0].notices {
         eprintln!("{}: {notice}", path.display());
     }

@@ -1,7 +1,7 @@
 //! Picture (f): how the squared amplitude of the followed mode is distributed.
 
 use super::Scene;
-use super::axis::Axis;
+use super::axis::{Axis, grid};
 use super::panel::{LEFT, TOP};
 use super::text::{count, escape, hertz, px, seconds, significant};
 use crate::record::{Alarm, AmplitudeRecord, AmplitudeVerdict, HistogramRecord};
@@ -139,24 +139,7 @@ fn draw(
     let most = counts.counts.iter().copied().max().unwrap_or(1);
     let x = Axis::linear(0.0, BINS_REACH, LEFT, EDGE);
     let y = Axis::linear(0.0, 1.08 * percent(f64::from(most)).max(1.0), bottom, TOP);
-    for (value, label) in y.ticks(4) {
-        let at = px(y.at(value));
-        put!(
-            svg,
-            r#"<path class="grid" d="M{LEFT} {at}H{EDGE}"/><text x="{}" y="{}" class="number" text-anchor="end">{label}</text>"#,
-            px(LEFT - 8.0),
-            px(y.at(value) + 4.0)
-        );
-    }
-    for (value, label) in x.ticks(4) {
-        let at = px(x.at(value));
-        put!(
-            svg,
-            r#"<path class="tick" d="M{at} {}v5"/><text x="{at}" y="{}" class="number" text-anchor="middle">{label}</text>"#,
-            px(bottom),
-            px(bottom + 18.0)
-        );
-    }
+    grid(svg, (&x, 4), (&y, 4));
     let width = BINS_REACH / counts.counts.len() as f64;
     let (mut bars, mut steps) = (String::new(), String::new());
     for (k, (&n, &fitted)) in counts.counts.iter().zip(&fit.counts).enumerate() {

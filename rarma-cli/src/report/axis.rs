@@ -1,5 +1,7 @@
 //! From values to pixels, and where the ticks go.
 
+use super::text::px;
+
 /// One axis: values `lo..hi` lie on pixels `from..to`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Axis {
@@ -109,6 +111,30 @@ impl Axis {
             .flat_map(|(d, _)| (2..10).map(move |k| f64::from(k) * d))
             .filter(|v| self.holds(*v))
             .collect()
+    }
+}
+
+/// Lines across the plot at about so many values of `y`, ticks below it at about so many
+/// of `x`, each with its number.
+pub(super) fn grid(svg: &mut String, (x, along): (&Axis, usize), (y, up): (&Axis, usize)) {
+    let (left, right, bottom) = (x.from, x.to, y.from);
+    for (value, label) in y.ticks(up) {
+        let at = px(y.at(value));
+        put!(
+            svg,
+            r#"<path class="grid" d="M{left} {at}H{right}"/><text x="{}" y="{}" class="number" text-anchor="end">{label}</text>"#,
+            px(left - 8.0),
+            px(y.at(value) + 4.0)
+        );
+    }
+    for (value, label) in x.ticks(along) {
+        let at = px(x.at(value));
+        put!(
+            svg,
+            r#"<path class="tick" d="M{at} {}v5"/><text x="{at}" y="{}" class="number" text-anchor="middle">{label}</text>"#,
+            px(bottom),
+            px(bottom + 18.0)
+        );
     }
 }
 

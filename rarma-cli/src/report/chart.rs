@@ -1,6 +1,6 @@
 //! Curves and points over two axes, for pages that are not about time.
 
-use super::axis::Axis;
+use super::axis::{Axis, grid};
 use super::text::{escape, px};
 
 const WIDTH: f64 = 1000.0;
@@ -120,24 +120,7 @@ impl Chart {
                 escape(&s.name)
             );
         }
-        for (value, label) in y.ticks(6) {
-            let at = px(y.at(value));
-            put!(
-                svg,
-                r#"<path class="grid" d="M{LEFT} {at}H{RIGHT}"/><text x="{}" y="{}" class="number" text-anchor="end">{label}</text>"#,
-                px(LEFT - 8.0),
-                px(y.at(value) + 4.0)
-            );
-        }
-        for (value, label) in x.ticks(10) {
-            let at = px(x.at(value));
-            put!(
-                svg,
-                r#"<path class="tick" d="M{at} {}v5"/><text x="{at}" y="{}" class="number" text-anchor="middle">{label}</text>"#,
-                px(bottom),
-                px(bottom + 18.0)
-            );
-        }
+        grid(&mut svg, (&x, 10), (&y, 6));
         for s in &self.series {
             svg.push_str(&drawn(s, &x, &y));
         }

@@ -3,6 +3,7 @@
 //! Rate: once a sample, in O(n). See [`Gain::Normalised`].
 
 use super::config::{Gain, Gradient};
+use super::innovation::Weighed;
 use super::rarma::{RecursiveArma, SMALLEST_VARIANCE};
 use super::status::{Limit, Status, Step};
 use crate::real::Real;
@@ -26,20 +27,12 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
         let e = self.predict(y, p, q);
         let square = self.psi[..n].iter().fold(T::ZERO, |sum, x| sum + *x * *x);
         if !e.is_finite() || !square.is_finite() {
-            // As in the recursion: an input that spans the whole number range.
-            self.reset();
-            return Step {
-                innovation: T::ZERO,
-                status: Status::Rejected,
-            };
+            return self.reject();
         }
 
-        let e2 = e * e;
-        self.power += self.config.power_gain * (y * y - self.power);
-        let floor = self.power * self.config.dynamic_range + T::from_f64(SMALLEST_VARIANCE);
-        let variance = self.sigma2.min(self.power).max(floor);
-        let bound = self.config.outlier_ratio * variance;
-        let outlier = e2 > bound;
+        let Weighed {
+            e2, bound, outlier, ..
+        } = self.weigh(y, e);
         let error = if outlier { e * (bound / e2).sqrt() } else { e };
 
         let share = T::from_f64(REGULARISATION) * T::from_u32(n as u32);

@@ -9,6 +9,7 @@ pub mod batch;
 mod bounded;
 mod config;
 mod gradient;
+mod innovation;
 mod iv;
 mod rarma;
 mod readings;

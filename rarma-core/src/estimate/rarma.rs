@@ -3,6 +3,7 @@
 //! Rate: once a (decimated) sample, in fixed time. See [`RecursiveArma`].
 
 use super::config::{Gradient, RarmaConfig};
+use super::innovation::Weighed;
 use super::schur;
 use super::start::Start;
 use super::status::{Limit, Status, Step};
@@ -176,24 +177,16 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
         let n = p + q;
         let e = self.predict(y, p, q);
         if !e.is_finite() {
-            // Cannot happen while C is kept stable and the input is bounded; if
-            // the input spans the whole number range, start anew.
-            self.reset();
-            return Step {
-                innovation: T::ZERO,
-                status: Status::Rejected,
-            };
+            return self.reject();
         }
 
         // Noise variance for this sample; a wild sample counts with its own size.
-        let e2 = e * e;
-        self.power += self.config.power_gain * (y * y - self.power);
-        let floor = self.power * self.config.dynamic_range + T::from_f64(SMALLEST_VARIANCE);
-        // A model that predicts worse than no model at all would otherwise take its
-        // own errors for noise and stop learning.
-        let variance = self.sigma2.min(self.power).max(floor);
-        let bound = self.config.outlier_ratio * variance;
-        let outlier = e2 > bound;
+        let Weighed {
+            e2,
+            variance,
+            bound,
+            outlier,
+        } = self.weigh(y, e);
         let r = if outlier {
             e2 / self.config.outlier_ratio
         } else {

@@ -13,6 +13,8 @@ const TOLERANCE: f64 = 1e-9;
 pub(super) struct Dominant {
     /// By falling modulus; of a pair only the one with positive imaginary part.
     pub values: Vec<Complex<f64>>,
+    /// The map leaves the range of numbers: there are no values.
+    pub overflows: bool,
     basis: Vec<Vec<f64>>,
     small: DMatrix<f64>,
 }
@@ -30,6 +32,9 @@ pub(super) fn dominant(
     for k in 0..most {
         let mut w = map(&basis[k]);
         let size = norm(&w);
+        if !size.is_finite() {
+            return Dominant::none(true);
+        }
         for _ in 0..2 {
             for (j, v) in basis.iter().enumerate() {
                 let d = dot(v, &w);
@@ -53,6 +58,7 @@ pub(super) fn dominant(
             if exhausted || settled {
                 return Dominant {
                     values,
+                    overflows: false,
                     basis,
                     small,
                 };
@@ -61,14 +67,19 @@ pub(super) fn dominant(
         }
         basis.push(w.iter().map(|x| x / rest).collect());
     }
-    Dominant {
-        values: Vec::new(),
-        basis,
-        small: DMatrix::zeros(0, 0),
-    }
+    Dominant::none(false)
 }
 
 impl Dominant {
+    fn none(overflows: bool) -> Self {
+        Self {
+            values: Vec::new(),
+            overflows,
+            basis: Vec::new(),
+            small: DMatrix::zeros(0, 0),
+        }
+    }
+
     /// Real and imaginary part of the eigenvector of `values[i]`, by one inverse
     /// iteration on the small matrix.
     pub(super) fn vector(&self, i: usize) -> Option<(Vec<f64>, Vec<f64>)> {

@@ -7,9 +7,9 @@ use crate::plant::error::{PlantError, positive, require};
 /// Where to look for a limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DepthSearch {
-    /// Least depth, m, > 0; must be stable.
+    /// Depth at which the scan starts, m, > 0; halved until the cut is stable there.
     pub low_m: f64,
-    /// Largest depth, m.
+    /// Largest depth, m, finite.
     pub high_m: f64,
     /// Ratio of one depth of the upward scan to the one before, > 1. Unstable
     /// islands narrower than this are not seen.
@@ -45,8 +45,8 @@ pub struct Border {
 /// Lowest depth at which the cut that `at` builds becomes unstable.
 ///
 /// # Errors
-/// `NoLimit` if everything up to `high_m` is stable or `low_m` is not; else what
-/// `at` gives.
+/// `NoLimit` if every depth of the scan up to `high_m` is stable, or none is, however
+/// small; else what `at` gives.
 pub fn limit(
     search: &DepthSearch,
     at: impl Fn(f64) -> Result<DelaySystem, PlantError>,
@@ -62,6 +62,9 @@ pub fn limit(
     })
 }
 
+/// A cut that is unstable at this part of the depth the scan starts at is so at any.
+const LEAST_PART: f64 = 1e-9;
+
 /// Lowest depth at which `radius` passes 1, by an upward scan and regula falsi
 /// (Illinois) on radius - 1, which is smooth there.
 ///
@@ -72,12 +75,21 @@ pub fn limit_by(
     radius: impl Fn(f64) -> Result<f64, PlantError>,
 ) -> Result<f64, PlantError> {
     positive(search.low_m, "low_m")?;
+    require(search.high_m.is_finite(), "high_m")?;
     require(search.ratio > 1.0, "ratio")?;
     require(search.tolerance > 0.0, "tolerance")?;
-    let excess = |b: f64| Ok(radius(b)? - 1.0);
+    let excess = |b: f64| {
+        let radius = radius(b)?;
+        require(!radius.is_nan(), "radius")?;
+        Ok(radius - 1.0)
+    };
     let (mut low, mut at_low) = (search.low_m, excess(search.low_m)?);
-    if at_low >= 0.0 {
-        return Err(PlantError::NoLimit);
+    while at_low >= 0.0 {
+        low *= 0.5;
+        if low < LEAST_PART * search.low_m {
+            return Err(PlantError::NoLimit);
+        }
+        at_low = excess(low)?;
     }
     let (mut high, mut at_high);
     loop {
@@ -97,6 +109,10 @@ pub fn limit_by(
             break;
         }
         let mut middle = (low * weight_high - high * weight_low) / (weight_high - weight_low);
+        if !middle.is_finite() {
+            // An infinite radius says on which side, not how far.
+            middle = 0.5 * (low + high);
+        }
         // Never closer to an end than the tolerance: else the other never moves.
         let edge = 0.3 * search.tolerance * high;
         middle = middle.clamp(low + edge, high - edge);

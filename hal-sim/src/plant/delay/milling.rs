@@ -1,7 +1,7 @@
 //! Milling as a periodic delay equation.
 
 use super::{DelaySystem, Seen, StepLaw};
-use crate::plant::error::{PlantError, positive};
+use crate::plant::error::{PlantError, non_negative, positive};
 use crate::plant::milling::MillingConfig;
 use core::f64::consts::TAU;
 
@@ -16,13 +16,15 @@ const SLICES: usize = 24;
 /// tooth; unequal pitch: a revolution, delays rounded to whole steps.
 ///
 /// # Errors
-/// As [`MillingConfig::validate`]; `OutOfRange` without modes.
+/// As [`MillingConfig::validate`]; `OutOfRange` without modes, at a depth that is
+/// negative or no number, or with steps that are too long for the modes or the depth.
 pub fn milling_delay(
     config: &MillingConfig,
     depth_m: f64,
     steps_per_period: f64,
 ) -> Result<DelaySystem, PlantError> {
     config.validate()?;
+    non_negative(depth_m, "depth_m")?;
     positive(steps_per_period, "steps_per_period")?;
     let shapes = config.shaped_modes();
     let highest = shapes.iter().map(|s| s.mode.f_hz).fold(0.0, f64::max);

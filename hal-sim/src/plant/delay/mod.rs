@@ -98,11 +98,9 @@ impl DelaySystem {
             .flat_map(|l| l.regeneration.iter().map(|r| r.0))
             .max()
             .unwrap_or(1);
+        let maps = laws.iter().map(|law| StepMap::new(&seen, law, dt, scale));
         Ok(Self {
-            maps: laws
-                .iter()
-                .map(|law| StepMap::new(&seen, law, dt, scale))
-                .collect(),
+            maps: maps.collect::<Result<_, _>>()?,
             seen,
             period_s,
             history,
@@ -158,20 +156,24 @@ impl DelaySystem {
         state
     }
 
-    /// Largest modulus of the Floquet multipliers: below 1 the cut is stable.
+    /// Largest modulus of the Floquet multipliers: below 1 the cut is stable. Infinite
+    /// where a period takes the motion out of the range of numbers.
     #[must_use]
     pub fn radius(&self) -> f64 {
         let (re, im) = self.multiplier();
         re.hypot(im)
     }
 
-    /// The Floquet multiplier of largest modulus, (real, imaginary ≥ 0).
+    /// The Floquet multiplier of largest modulus, (real, imaginary ≥ 0); infinite as
+    /// [`Self::radius`].
     #[must_use]
     pub fn multiplier(&self) -> (f64, f64) {
-        krylov::dominant(self.dimension(), 1, |x| self.advance(x, |_, _| {}))
-            .values
-            .first()
-            .map_or((0.0, 0.0), |z| (z.re, z.im.abs()))
+        let found = krylov::dominant(self.dimension(), 1, |x| self.advance(x, |_, _| {}));
+        if found.overflows {
+            return (f64::INFINITY, 0.0);
+        }
+        let first = found.values.first();
+        first.map_or((0.0, 0.0), |z| (z.re, z.im.abs()))
     }
 
     /// The `wanted` dominant roots, the least damped first, one of each pair.

@@ -111,12 +111,18 @@ fn root(system: &DelaySystem, value: Complex<f64>, re: &[f64], im: &[f64]) -> Ro
         }
     }
     let w = turn + TAU * best.1 as f64 / period;
+    // A real motion (flip) shows each of its tones at +w and at -w.
+    let sides = if value.im == 0.0 && w != 0.0 {
+        2.0
+    } else {
+        1.0
+    };
     let size = growth.hypot(w);
     Root {
         f_hz: size / TAU,
         zeta: -growth / size,
         growth_per_s: growth,
         multiplier: (value.re, value.im),
-        purity: best.0 / total,
+        purity: (sides * best.0 / total).min(1.0),
     }
 }

@@ -1,10 +1,16 @@
 //! One step of the semi-discretisation, solved exactly.
 
 use super::{CHANNELS, Coupling, RESPONSES, Seen, StepLaw};
+use crate::plant::error::{PlantError, require};
 
-/// Terms of the exponential series. With 50 steps a period ‖A·dt‖ ≈ 0.13 and the
-/// remainder is far below rounding; up to ‖A·dt‖ = 1 it is below 1e-11.
+/// Terms of the exponential series, at the least: with 50 steps a period ‖A·dt‖ ≈ 0.13
+/// and the remainder is far below rounding. Deep cuts and long steps need more: they
+/// are added until one is below [`NEGLIGIBLE`].
 const TERMS: u32 = 14;
+const NEGLIGIBLE: f64 = 1e-17;
+/// Largest sum of a row of A·dt: beyond it the terms, up to e²⁰, would cancel to
+/// worse than 1e-7, and the step resolves nothing.
+const LONGEST: f64 = 20.0;
 
 /// xₖ₊₁ = P·xₖ + Σⱼ G₀·Kⱼ·rₖ₋ₘ + G₁·Kⱼ·rₖ₋ₘ₊₁.
 ///
@@ -21,7 +27,16 @@ pub(super) struct StepMap {
 }
 
 impl StepMap {
-    pub(super) fn new(seen: &[Seen], law: &StepLaw, dt: f64, scale: f64) -> Self {
+    /// The step of length `dt` s.
+    ///
+    /// # Errors
+    /// `OutOfRange` where the step is too long for the cut's stiffness.
+    pub(super) fn new(
+        seen: &[Seen],
+        law: &StepLaw,
+        dt: f64,
+        scale: f64,
+    ) -> Result<Self, PlantError> {
         let n = 2 * seen.len();
         let mut present = [[0.0; RESPONSES]; CHANNELS];
         for (_, k) in &law.regeneration {
@@ -52,6 +67,10 @@ impl StepMap {
                 b[2 * i + 1][c] = s.input[c] / m * dt;
             }
         }
+        let size = (0..n)
+            .map(|i| a[i * n..(i + 1) * n].iter().map(|x| x.abs()).sum())
+            .fold(0.0, f64::max);
+        require(size <= LONGEST, "steps_per_period")?;
         let mut p = identity(n);
         let mut power = identity(n);
         // (Ãdt)ᵏ·B·dt.
@@ -63,10 +82,14 @@ impl StepMap {
         for (g, x) in g0.iter_mut().zip(&b) {
             *g = x.map(|x| 0.5 * x);
         }
-        let mut factorial = 1.0;
-        for k in 1..=TERMS {
+        let (mut factorial, mut term) = (1.0, 1.0);
+        for k in 1.. {
             let kf = f64::from(k);
             factorial *= kf;
+            term *= size / kf;
+            if k > TERMS && !(term > NEGLIGIBLE) {
+                break;
+            }
             power = product(&a, &power, n);
             for (x, y) in p.iter_mut().zip(&power) {
                 *x += y / factorial;
@@ -96,13 +119,13 @@ impl StepMap {
             .iter()
             .map(|(lag, k)| (*lag, k.map(|row| row.map(|x| x / scale))))
             .collect();
-        Self {
+        Ok(Self {
             n,
             p,
             g0,
             g1,
             delayed,
-        }
+        })
     }
 
     /// The state after the step; `past[now]` is the response at its start.

@@ -1,7 +1,9 @@
 use super::*;
+use crate::plant::error::PlantError;
 use crate::plant::milling::{Engagement, MillingConfig};
 use crate::plant::modal::Mode;
 use crate::plant::process::{Contact, ForceNoise, ProcessDamping, Schedule};
+use crate::plant::stability::tests::benchmark;
 use crate::plant::turning::TurningConfig;
 use core::f64::consts::TAU;
 use nalgebra::Complex;
@@ -108,17 +110,6 @@ fn turning_limit_is_the_closed_form() {
     assert_eq!(border.crossing, Crossing::Hopf);
 }
 
-fn benchmark(engagement: Engagement, rpm: f64) -> MillingConfig {
-    let mode = Mode::from_mass(922.0, 0.011, 0.03993);
-    MillingConfig {
-        engagement,
-        spindle_hz: rpm / 60.0,
-        modes_x: vec![mode],
-        modes_y: vec![mode],
-        ..MillingConfig::default()
-    }
-}
-
 fn border_mm(config: &MillingConfig, steps: f64) -> (f64, Crossing) {
     let search = DepthSearch::between(0.02e-3, 10e-3);
     let b = limit(&search, |d| milling_delay(config, d, steps)).expect("limit");
@@ -195,4 +186,93 @@ fn process_damping_and_a_fast_variable_pitch_raise_the_limit() {
     let shift = 0.25 * TAU / 11.06;
     varied.pitch_rad = vec![0.5 * TAU - shift, 0.5 * TAU + shift];
     assert!(border_mm(&varied, 50.0).0 > 1.3 * base);
+}
+
+#[test]
+fn a_scan_that_starts_above_the_limit_finds_it() {
+    let config = benchmark(Engagement::SLOT, 10e3);
+    for low_m in [1e-5, 1e-4, 1e-3, 5e-3] {
+        let search = DepthSearch::between(low_m, 10e-3);
+        let found = limit(&search, |d| milling_delay(&config, d, 50.0)).expect("a limit");
+        // 0.0714 mm; at 50 steps a period 0.3 % more.
+        assert!(
+            (0.0712e-3..0.0718e-3).contains(&found.depth_m),
+            "from {low_m}: {found:?}"
+        );
+    }
+    // A structure that is unstable by itself has no limit, and that is said.
+    let mut config = config;
+    config.modes_x = vec![Mode {
+        zeta: -0.01,
+        ..config.modes_x[0]
+    }];
+    let search = DepthSearch::between(1e-4, 1e-3);
+    let found = limit(&search, |d| milling_delay(&config, d, 50.0));
+    assert_eq!(found, Err(PlantError::NoLimit));
+}
+
+#[test]
+fn what_is_no_depth_is_refused_and_no_numbers_are_not_stable() {
+    let (mill, lathe) = (benchmark(Engagement::SLOT, 10e3), lathe(1500.0));
+    for bad in [f64::NAN, -1e-4, f64::INFINITY] {
+        let refused = |name| PlantError::OutOfRange { name };
+        assert_eq!(
+            milling_delay(&mill, bad, 50.0).err(),
+            Some(refused("depth_m"))
+        );
+        assert_eq!(
+            turning_delay(&lathe, bad, 50.0).err(),
+            Some(refused("width_m"))
+        );
+        assert_eq!(
+            turning_roots(&lathe, bad, 1).err(),
+            Some(refused("width_m"))
+        );
+    }
+    // 40 steps of a tooth's period are few in a cut a hundred times as stiff as the
+    // machine; and what no step resolves is refused, not called stable.
+    assert_eq!(
+        milling_delay(&mill, 1.0, 1.0).err(),
+        Some(PlantError::OutOfRange {
+            name: "steps_per_period"
+        })
+    );
+    // A map that leaves the range of numbers is not a stable one.
+    let unstable = Mode::from_stiffness(20_000.0, -0.9, 1e7);
+    let mut slow = benchmark(Engagement::SLOT, 60.0);
+    slow.modes_x = vec![unstable];
+    let system = milling_delay(&slow, 1e-9, 10.0).expect("valid");
+    assert_eq!(system.radius(), f64::INFINITY);
+    assert!(system.roots(1).is_empty());
+}
+
+#[test]
+fn long_steps_leave_the_bare_modes_exact() {
+    // The step is solved exactly: without a cut its length must not matter. 1.4 steps a
+    // period are too few for the frequency, but not for the growth.
+    for (mode_hz, per_period) in [(922.0, 17.0), (12_000.0, 1.4)] {
+        let mut config = benchmark(Engagement::SLOT, 12e3);
+        config.modes_x = vec![Mode::from_stiffness(mode_hz, 0.011, 1e6)];
+        config.modes_y = Vec::new();
+        let system = milling_delay(&config, 0.0, per_period).expect("valid");
+        let growth = -0.011 * TAU * mode_hz;
+        let root = system.roots(1)[0];
+        assert!(
+            (root.growth_per_s / growth - 1.0).abs() < 1e-8,
+            "{mode_hz}: {root:?}"
+        );
+    }
+}
+
+#[test]
+fn period_doubling_is_as_pure_as_it_is() {
+    // One mode along x in a slot at 20 000 rpm: flip at 1.418 mm.
+    let mut config = benchmark(Engagement::SLOT, 20e3);
+    config.modes_y = Vec::new();
+    let search = DepthSearch::between(0.2e-3, 4e-3);
+    let border = limit(&search, |d| milling_delay(&config, d, 80.0)).expect("a limit");
+    assert_eq!(border.crossing, Crossing::Flip, "{border:?}");
+    assert!((border.depth_m / 1.418e-3 - 1.0).abs() < 5e-3, "{border:?}");
+    // Half of the power lies at -w: the tone is nearly all of the motion.
+    assert!((0.9..=1.0).contains(&border.root.purity), "{border:?}");
 }

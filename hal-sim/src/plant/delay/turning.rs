@@ -1,7 +1,7 @@
 //! Turning as a delay equation.
 
 use super::{DelaySystem, Root, Seen, StepLaw};
-use crate::plant::error::{PlantError, positive, require};
+use crate::plant::error::{PlantError, non_negative, positive, require};
 use crate::plant::turning::TurningConfig;
 use core::f64::consts::TAU;
 use nalgebra::Complex;
@@ -13,13 +13,15 @@ use nalgebra::Complex;
 /// delay itself.
 ///
 /// # Errors
-/// As [`TurningConfig::validate`]; `OutOfRange` without modes.
+/// As [`TurningConfig::validate`]; `OutOfRange` without modes, at a width that is
+/// negative or no number, or with steps that are too long for the modes or the width.
 pub fn turning_delay(
     config: &TurningConfig,
     width_m: f64,
     steps_per_period: f64,
 ) -> Result<DelaySystem, PlantError> {
     config.validate()?;
+    non_negative(width_m, "width_m")?;
     positive(steps_per_period, "steps_per_period")?;
     let highest = config.modes.iter().map(|m| m.f_hz).fold(0.0, f64::max);
     let steps = (steps_per_period * highest / config.spindle_hz)
@@ -65,6 +67,7 @@ pub fn turning_roots(
     wanted: usize,
 ) -> Result<Vec<Root>, PlantError> {
     config.validate()?;
+    non_negative(width_m, "width_m")?;
     require(!config.modes.is_empty(), "modes")?;
     for mode in &config.modes {
         mode.validate()?;

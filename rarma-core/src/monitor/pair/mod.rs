@@ -5,6 +5,7 @@
 //! the reports are put together at the decision rate. The channels share one sample
 //! clock.
 
+mod alarm;
 mod config;
 mod fuse;
 
@@ -17,14 +18,8 @@ use crate::decide::{
     Mode, SILENT_RATIO, jointly_suspicious, partner,
 };
 use crate::real::Real;
+use alarm::{PairAlarm, is_near};
 
-/// An alarm outlives the channel that held it for this long, s.
-const ORPHAN_HOLD_S: f64 = 1.0;
-/// After a release, the same mode is called jointly again only after this long, s:
-/// what rings on is left to each channel's own alarm.
-const AFTERGLOW_S: f64 = 1.0;
-/// Two alarms within this part of f are one.
-const SAME_ALARM: f64 = 0.03;
 /// The second channel's reports stand in for the first's after this many without.
 const REPORTS_WITHOUT_FIRST: u32 = 2;
 
@@ -46,20 +41,6 @@ pub struct PairReport<T> {
 struct Channel<T> {
     monitor: AnyMonitor<T>,
     last: Option<Report<T>>,
-    hears: (T, T),
-    /// Its own alarm has stood for this long, s, while it was listened to.
-    stood_s: T,
-}
-
-/// The pair's alarm.
-#[derive(Debug, Clone, Copy)]
-struct Alarm<T> {
-    /// Channel whose alarm this is; none while only both together are suspicious.
-    lead: Option<usize>,
-    frequency: T,
-    lowest_damping: T,
-    /// Nobody has held it for this long, s.
-    over_s: T,
 }
 
 /// Listens to two channels in step.
@@ -95,12 +76,8 @@ struct Alarm<T> {
 pub struct PairMonitor<T> {
     channels: [Channel<T>; 2],
     config: AlarmConfig<T>,
-    /// An alarm of one channel waits for this long for the other, s.
-    alone_s: T,
     watch: ChannelWatch<T>,
-    alarm: Option<Alarm<T>>,
-    /// Frequency of the last alarm, and for how long it is remembered, s.
-    before: Option<(T, T)>,
+    alarm: PairAlarm<T>,
     reports_without_first: u32,
     /// Channel whose level and modes the last report had.
     lead: usize,
@@ -116,26 +93,21 @@ impl<T: Real> PairMonitor<T> {
     /// See [`PairConfig::check`].
     pub fn new(config: &PairConfig) -> Result<Self, PairError> {
         config.check()?;
-        let first = &config.channels[0];
         let channel = |i: usize, config: &PairConfig| {
             let monitor = AnyMonitor::new(&config.channels[i])
                 .map_err(|error| PairError::Channel(i as u8, error))?;
-            let hears = config.hears[i].unwrap_or_else(|| config.channels[i].band());
             Ok(Channel {
                 monitor,
                 last: None,
-                hears: (T::from_f64(hears.low_hz), T::from_f64(hears.high_hz)),
-                stood_s: T::ZERO,
             })
         };
+        let first = &config.channels[0];
         let alarm: AlarmConfig<T> = first.alarm();
         Ok(Self {
             channels: [channel(0, config)?, channel(1, config)?],
-            alone_s: alarm.confirm_s * T::from_f64(config.alone_confirmations - 1.0),
+            alarm: PairAlarm::new(config, &alarm),
             config: alarm,
             watch: ChannelWatch::default(),
-            alarm: None,
-            before: None,
             reports_without_first: 0,
             lead: 0,
             samples: 0,
@@ -228,109 +200,17 @@ impl<T: Real> PairMonitor<T> {
             Some(d) => d.fault == ChannelFault::Samples(Fault::Clipped),
         };
         let own = [0, 1].map(|i| self.own_alarm(i).filter(|_| told(&dropped[i])));
-        for (channel, own) in self.channels.iter_mut().zip(&own) {
-            channel.stood_s = match own {
-                Some(_) => channel.stood_s + period_s,
-                None => T::ZERO,
-            };
-        }
-        let event = match self.alarm {
-            None => {
-                // A channel that all but hears nothing has nothing to confirm.
-                let near_silent = |i: usize| levels[i] < levels[1 - i] * T::from_f64(SILENT_RATIO);
-                let waited_for = [0, 1].map(|i| listened[i] && !near_silent(i));
-                self.call(&own, &waited_for, joint)
-            }
-            Some(alarm) => self.follow(alarm, &own, &dropped, joint.is_some(), period_s),
-        };
-        self.before = self
-            .before
-            .map(|(f, left_s)| (f, left_s - period_s))
-            .filter(|(_, left_s)| *left_s > T::ZERO);
+        // A channel that all but hears nothing has nothing to confirm.
+        let near_silent = |i: usize| levels[i] < levels[1 - i] * T::from_f64(SILENT_RATIO);
+        let waited_for = [0, 1].map(|i| listened[i] && !near_silent(i));
+        let event = self
+            .alarm
+            .update(&own, &waited_for, &dropped, joint, period_s);
         self.report(event, &dropped, &listened)
     }
 
     fn own_alarm(&self, i: usize) -> Option<(T, T)> {
         self.channels[i].last.as_ref().and_then(|r| r.standing)
-    }
-
-    /// Calls a mode, if there is one to call.
-    fn call(
-        &mut self,
-        own: &[Option<(T, T)>; 2],
-        waited_for: &[bool; 2],
-        joint: Option<Mode<T>>,
-    ) -> AlarmEvent<T> {
-        let alone_s = self.alone_s;
-        let mut found = None;
-        for (i, alarm) in own.iter().enumerate() {
-            let Some((frequency, damping)) = *alarm else {
-                continue;
-            };
-            let other = &self.channels[1 - i];
-            let deaf = frequency < other.hears.0 || frequency > other.hears.1;
-            let shared = own[1 - i].is_some_and(|(f, _)| is_near(f, frequency));
-            let long = self.channels[i].stood_s >= alone_s;
-            if found.is_none() && (shared || deaf || !waited_for[1 - i] || long) {
-                found = Some((Some(i), frequency, damping));
-            }
-        }
-        if found.is_none()
-            && let Some(mode) = joint
-            && !self.before.is_some_and(|(f, _)| is_near(f, mode.frequency))
-        {
-            found = Some((None, mode.frequency, mode.damping));
-        }
-        let Some((lead, frequency, damping)) = found else {
-            return AlarmEvent::None;
-        };
-        self.alarm = Some(Alarm {
-            lead,
-            frequency,
-            lowest_damping: damping,
-            over_s: T::ZERO,
-        });
-        AlarmEvent::On { frequency, damping }
-    }
-
-    /// Keeps the alarm while a channel holds it.
-    fn follow(
-        &mut self,
-        mut alarm: Alarm<T>,
-        own: &[Option<(T, T)>; 2],
-        dropped: &[Option<Dropped>; 2],
-        joint: bool,
-        period_s: T,
-    ) -> AlarmEvent<T> {
-        let led = alarm.lead.filter(|i| own[*i].is_some());
-        let lead = led.or_else(|| own.iter().position(Option::is_some));
-        if let Some((i, (frequency, damping))) = lead.and_then(|i| Some((i, own[i]?))) {
-            alarm.lead = Some(i);
-            alarm.frequency = frequency;
-            alarm.lowest_damping = alarm.lowest_damping.min(damping);
-        }
-        let jointly = alarm.lead.is_none() && joint;
-        // A channel releases its own alarm after a time of its own. One that is left
-        // out cannot say that the vibration is over.
-        let patience = match alarm.lead {
-            None => self.config.release_s,
-            Some(i) if dropped[i].is_some() => T::from_f64(ORPHAN_HOLD_S),
-            Some(_) => T::ZERO,
-        };
-        alarm.over_s = match lead.is_some() || jointly {
-            true => T::ZERO,
-            false => alarm.over_s + period_s,
-        };
-        if alarm.over_s <= patience {
-            self.alarm = Some(alarm);
-            return AlarmEvent::None;
-        }
-        self.alarm = None;
-        self.before = Some((alarm.frequency, T::from_f64(AFTERGLOW_S)));
-        AlarmEvent::Off {
-            frequency: alarm.frequency,
-            lowest_damping: alarm.lowest_damping,
-        }
     }
 
     fn report(
@@ -353,7 +233,7 @@ impl<T: Real> PairMonitor<T> {
         };
         let fused = fuse::modes(&modes(lead), &modes(1 - lead));
         let last = [0, 1].map(|i| self.channels[i].last.filter(|_| listened[i]));
-        let (state, reason) = fuse::state(self.alarm.is_some(), &last, dropped);
+        let (state, reason) = fuse::state(self.alarm.standing().is_some(), &last, dropped);
         let level = self.channels[lead].last.map_or(T::ZERO, |r| r.level);
         let leading = self.channels[lead].last;
         let mut report = Report {
@@ -368,9 +248,9 @@ impl<T: Real> PairMonitor<T> {
             standing: None,
         }
         .in_order(None);
-        if let Some(alarm) = self.alarm {
-            report.standing = Some((alarm.frequency, alarm.lowest_damping));
-            let near = |m: &&mut Mode<T>| is_near(m.frequency, alarm.frequency);
+        report.standing = self.alarm.standing();
+        if let Some((frequency, _)) = report.standing {
+            let near = |m: &&mut Mode<T>| is_near(m.frequency, frequency);
             if let Some(mode) = report.modes.iter_mut().flatten().find(near) {
                 mode.label = Label::SelfExcited;
             }
@@ -397,12 +277,12 @@ impl<T: Real> PairMonitor<T> {
             let Some(report) = &self.channels[i].last else {
                 return false;
             };
-            match (&self.alarm, loudest) {
-                (Some(alarm), _) => report
+            match (self.alarm.standing(), loudest) {
+                (Some((frequency, _)), _) => report
                     .modes
                     .iter()
                     .flatten()
-                    .any(|m| is_near(m.frequency, alarm.frequency)),
+                    .any(|m| is_near(m.frequency, frequency)),
                 (None, Some(mode)) => partner(mode, &report.modes).is_some(),
                 (None, None) => true,
             }
@@ -413,10 +293,6 @@ impl<T: Real> PairMonitor<T> {
             _ => Agreement::Both,
         }
     }
-}
-
-fn is_near<T: Real>(a: T, b: T) -> bool {
-    (a - b).abs() < b * T::from_f64(SAME_ALARM)
 }
 
 #[cfg(test)]

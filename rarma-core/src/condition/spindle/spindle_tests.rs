@@ -1,6 +1,7 @@
 //! Finder and lines together, on autoregressive noise.
 
 use super::*;
+use crate::condition::Band;
 use crate::real::Real;
 use core::f64::consts::TAU;
 

@@ -2,21 +2,14 @@
 //!
 //! Words: *comb*, lines at multiples of one spacing; *hit*, a peak on a multiple.
 
+use super::peaks::{MOST_PEAKS, Peak, Peaks};
 use crate::real::Real;
 
-/// Peaks that are kept, the strongest.
-pub const MOST_PEAKS: usize = 24;
 /// A peak this near a multiple, bins, is on it. Twice this over the spacing is the
 /// chance that a peak anywhere is.
 pub const TOLERANCE_BINS: f64 = 0.4;
 /// Least error of a peak's frequency that is believed, bins.
-const LEAST_ERROR_BINS: f64 = 0.005;
-/// Lines of a comb scatter less about their multiples, bins rms; by chance it is 0.23.
-const WIDEST_SCATTER_BINS: f64 = 0.2;
-/// Above this scatter, bins rms, it is looked whether the lines have another spacing
-/// and an offset (chatter with sidebands), by this ratio of squares.
-const OFFSET_SCATTER_BINS: f64 = 0.1;
-const OFFSET_RATIO: f64 = 9.0;
+pub(super) const LEAST_ERROR_BINS: f64 = 0.005;
 /// Numbers of strongest peaks that are tried; as many chances more.
 const LOOKS: [u8; 7] = [3, 4, 6, 8, 12, 16, 24];
 /// ln of the product of the numbers up to the index.
@@ -47,12 +40,6 @@ const LN_FACTORIAL: [f32; MOST_PEAKS + 1] = [
     51.606_676,
     54.784_73,
 ];
-/// The strongest line may lie this part of a spacing beside a multiple by the distances
-/// of its neighbours.
-const OFF_ORIGIN: f64 = 0.15;
-/// Cutters have no more teeth than this; a strongest line of a higher number that is
-/// no multiple of the teeth is not theirs.
-const MOST_TEETH: u32 = 12;
 /// Multiples of a spacing are split into this many parts at the most.
 const MOST_PARTS: u32 = 8;
 /// The lines between must be this unlikely to be there by chance for the spacing to
@@ -61,35 +48,6 @@ const LN_SPLIT: f64 = -9.2;
 /// Least part of the multiples between the lowest and the highest hit of a spacing
 /// nobody told that must be hits.
 const LEAST_FILLED: f64 = 0.3;
-
-/// A line of a spectrum.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Peak<T> {
-    /// Frequency in bins, refined between them.
-    pub bin: T,
-    /// Power.
-    pub power: T,
-}
-
-/// The strongest peaks of a spectrum, the strongest first.
-#[derive(Debug, Clone)]
-pub(super) struct Peaks<T> {
-    list: [Peak<T>; MOST_PEAKS],
-    used: usize,
-}
-
-impl<T: Real> Default for Peaks<T> {
-    fn default() -> Self {
-        let nothing = Peak {
-            bin: T::ZERO,
-            power: T::ZERO,
-        };
-        Self {
-            list: [nothing; MOST_PEAKS],
-            used: 0,
-        }
-    }
-}
 
 /// How well a spacing explains the peaks.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -119,33 +77,8 @@ pub(super) enum Multiples {
 }
 
 impl<T: Real> Peaks<T> {
-    /// Adds a peak, if it is among the strongest.
-    pub fn insert(&mut self, peak: Peak<T>) {
-        let mut next = peak;
-        for (i, place) in self.list.iter_mut().enumerate() {
-            if i >= self.used {
-                *place = next;
-                self.used = i + 1;
-                return;
-            }
-            if next.power > place.power {
-                core::mem::swap(place, &mut next);
-            }
-        }
-    }
-
-    /// The peaks, the strongest first.
-    pub fn as_slice(&self) -> &[Peak<T>] {
-        self.list.get(..self.used).unwrap_or(&[])
-    }
-
-    /// Forgets all.
-    pub fn clear(&mut self) {
-        self.used = 0;
-    }
-
     /// The multiple of `spacing` that a peak is on.
-    fn multiple(peak: &Peak<T>, spacing: T) -> Option<T> {
+    pub(super) fn multiple(peak: &Peak<T>, spacing: T) -> Option<T> {
         let n = (peak.bin / spacing).round();
         let off = (peak.bin - n * spacing).abs();
         (n >= T::ONE && off <= T::from_f64(TOLERANCE_BINS)).then_some(n)
@@ -190,7 +123,7 @@ impl<T: Real> Peaks<T> {
                 lowest = lowest.min(n);
                 highest = highest.max(n);
             }
-            if seen == until || i + 1 == self.used {
+            if seen == until || i + 1 == self.as_slice().len() {
                 looks += 1;
                 if seen >= until {
                     until = look.next().map_or(usize::MAX, |k| usize::from(*k));
@@ -250,110 +183,6 @@ impl<T: Real> Peaks<T> {
         }
     }
 
-    /// Whether the hits lie on multiples of the spacing, and not merely near them: on
-    /// a line through the origin of small scatter. Chatter with sidebands a turn apart
-    /// lies near the multiples of a speed that is a little wrong, but off the origin.
-    pub fn through_origin(&self, score: &Score<T>) -> bool {
-        let fine = self.refine(score).spacing;
-        let (mut n_sum, mut n_square, mut off_sum, mut off_n, mut off_square) =
-            (T::ZERO, T::ZERO, T::ZERO, T::ZERO, T::ZERO);
-        let mut m = T::ZERO;
-        for peak in self.as_slice() {
-            if let Some(n) = Self::multiple(peak, score.spacing) {
-                let off = peak.bin - n * fine;
-                m += T::ONE;
-                n_sum += n;
-                n_square += n * n;
-                off_sum += off;
-                off_n += off * n;
-                off_square += off * off;
-            }
-        }
-        if !(m > T::from_f64(2.5)) {
-            return true;
-        }
-        let scatter = (off_square / m).sqrt();
-        if scatter < T::from_f64(OFFSET_SCATTER_BINS) {
-            return true;
-        }
-        // What a free offset and slope would take of the squares.
-        let spread = n_square - n_sum * n_sum / m;
-        let slope = (off_n - n_sum * off_sum / m) / spread;
-        let taken = off_sum * off_sum / m + slope * slope * spread;
-        let left = (off_square - taken).max(T::ZERO) / (m - T::from_f64(2.0));
-        scatter < T::from_f64(WIDEST_SCATTER_BINS) && taken < left * T::from_f64(OFFSET_RATIO)
-    }
-
-    /// Whether the lines around the strongest one have the spacing by themselves: their
-    /// distances from it give one without any origin, and it must put the strongest on
-    /// a multiple. Sidebands of a chatter lie a turn apart, but beside the multiples.
-    pub fn agrees_with_distances(&self, score: &Score<T>) -> bool {
-        let Some(strongest) = self.as_slice().first() else {
-            return true;
-        };
-        let Some(n0) = Self::multiple(strongest, score.spacing) else {
-            return true;
-        };
-        let (mut df, mut dd, mut count) = (T::ZERO, T::ZERO, 0u32);
-        let near = |peak: &Peak<T>| {
-            let dn = Self::multiple(peak, score.spacing)? - n0;
-            (dn != T::ZERO && dn.abs() * T::from_f64(3.0) <= n0).then_some(dn)
-        };
-        for peak in self.as_slice() {
-            if let Some(dn) = near(peak) {
-                df += dn * (peak.bin - strongest.bin);
-                dd += dn * dn;
-                count += 1;
-            }
-        }
-        if count < 3 {
-            return true;
-        }
-        let spacing = df / dd;
-        let mut squares = T::ZERO;
-        for peak in self.as_slice() {
-            if let Some(dn) = near(peak) {
-                let off = peak.bin - strongest.bin - dn * spacing;
-                squares += off * off;
-            }
-        }
-        let least = T::from_f64(LEAST_ERROR_BINS);
-        let sd = (squares / T::from_u32(count)).sqrt().max(least) / dd.sqrt();
-        let off = (strongest.bin - n0 * spacing).abs();
-        off < (n0 * sd * T::from_f64(3.0)).max(spacing * T::from_f64(OFF_ORIGIN))
-    }
-
-    /// Whether the spacing rests on the overtones of the strongest peak alone: that peak
-    /// is a hit whose number is no plausible one of teeth, nor a multiple of `teeth`,
-    /// and without the hits on multiples of it what is left is no comb against chance
-    /// `ln_least`. A loud chatter with its overtones fits some speed near any told one.
-    pub fn rests_on_overtones(&self, score: &Score<T>, teeth: Option<u32>, ln_least: T) -> bool {
-        let Some(strongest) = self.as_slice().first() else {
-            return false;
-        };
-        let Some(n) = Self::multiple(strongest, score.spacing) else {
-            return false;
-        };
-        let n = n.to_f32() as u32;
-        let of_teeth = teeth.is_some_and(|z| z > 0 && n.is_multiple_of(z));
-        if n <= MOST_TEETH || of_teeth {
-            return false;
-        }
-        let p = (T::from_f64(2.0 * TOLERANCE_BINS) / score.spacing).min(T::from_f64(0.9));
-        let (mut others, mut hits) = (0usize, 0usize);
-        for peak in self.as_slice() {
-            // Overtones lie where the strongest says, to as many times its error.
-            let times = (peak.bin / strongest.bin).round();
-            let off = (peak.bin - times * strongest.bin).abs();
-            if times >= T::ONE && off <= T::from_f64(TOLERANCE_BINS) * times {
-                continue;
-            }
-            others += 1;
-            hits += usize::from(Self::multiple(peak, score.spacing).is_some());
-        }
-        ln_choose::<T>(others, hits) + T::from_u32(hits as u32) * p.ln() > ln_least
-    }
-
     /// The largest part of `score`'s spacing whose multiples explain peaks that those
     /// of the spacing do not, against chance: tooth lines were found, and the
     /// spindle's own are there as well.
@@ -381,16 +210,17 @@ impl<T: Real> Peaks<T> {
     }
 }
 
-fn ln_choose<T: Real>(k: usize, m: usize) -> T {
+/// ln of the number of ways to take `m` of `k`.
+pub(super) fn ln_choose<T: Real>(k: usize, m: usize) -> T {
     let ln = |i: usize| LN_FACTORIAL.get(i).copied().unwrap_or(f32::MAX);
     T::from_f32(ln(k) - ln(m) - ln(k.saturating_sub(m)))
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    fn peaks(bins: &[f64]) -> Peaks<f64> {
+    pub(in super::super) fn peaks(bins: &[f64]) -> Peaks<f64> {
         let mut peaks = Peaks::default();
         for (i, bin) in bins.iter().enumerate() {
             peaks.insert(Peak {
@@ -399,18 +229,6 @@ mod tests {
             });
         }
         peaks
-    }
-
-    #[test]
-    fn the_strongest_are_kept_in_order() {
-        let mut all = Peaks::default();
-        for i in 0..40 {
-            let power = f64::from((i * 17) % 40);
-            all.insert(Peak { bin: power, power });
-        }
-        let bins: Vec<f64> = all.as_slice().iter().map(|p| p.bin).collect();
-        let wanted: Vec<f64> = (16..40).rev().map(f64::from).collect();
-        assert_eq!(bins, wanted);
     }
 
     #[test]
@@ -448,22 +266,6 @@ mod tests {
         let found = true_lines.refine(&true_lines.score(30.01, None, Multiples::All));
         assert!((found.spacing - 30.002).abs() < 0.002 && found.sd > 1e-3 && found.sd < 1e-2);
         assert!(true_lines.split(&found, 5.0).is_none());
-    }
-
-    #[test]
-    fn sidebands_of_chatter_are_no_lines_of_a_wrong_speed() {
-        // 898.6 Hz and sidebands of 27.6 Hz in bins of 2.93 Hz, against 898.6/33.
-        let sidebands: [f64; 5] =
-            core::array::from_fn(|k| (898.6 + 27.6 * (k as f64 - 2.0)) / 2.929_687_5);
-        let chatter = peaks(&sidebands);
-        let wrong = chatter.score(898.6 / 33.0 / 2.929_687_5, None, Multiples::All);
-        assert_eq!(wrong.hits, 5);
-        assert!(!chatter.through_origin(&wrong));
-        // Lines of that speed with as much scatter but no order in it.
-        let off = [0.15, -0.15, 0.1, -0.12, 0.14];
-        let lines: [f64; 5] = core::array::from_fn(|k| 9.3 * (31.0 + k as f64) + off[k]);
-        let lines = peaks(&lines);
-        assert!(lines.through_origin(&lines.score(9.3, None, Multiples::All)));
     }
 
     #[test]

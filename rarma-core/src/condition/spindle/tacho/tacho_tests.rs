@@ -1,4 +1,4 @@
-use super::tacho::{Tacho, TachoConfig, TachoError, TachoFault, TachoReading};
+use super::{Tacho, TachoConfig, TachoError, TachoFault, TachoReading};
 
 const FS: f64 = 48_000.0;
 

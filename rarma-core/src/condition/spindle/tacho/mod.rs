@@ -3,11 +3,18 @@
 //! Rate: [`Tacho::pulse`] at every pulse, [`Tacho::read`] when the speed is wanted
 //! (slow path). Words: *turn*, one revolution; *rhythm*, the expected interval.
 
-use crate::real::Real;
-use serde::{Deserialize, Serialize};
+mod config;
+mod held;
+mod pulse;
+#[cfg(test)]
+mod tacho_tests;
 
-/// Pulses the speed is read off.
-const HELD: usize = 12;
+pub use config::{TachoConfig, TachoError, TachoFault, TachoReading};
+pub use pulse::{LEVEL_MEMORY_S, PulseDetector};
+
+use crate::real::Real;
+use held::{Held, LEAST};
+
 /// Pulses whose faults are counted, and how many of them make a fault.
 const FAULTY: u32 = 3;
 /// An interval of less than this many expected ones is an extra pulse; one within a
@@ -26,74 +33,6 @@ const TENTH: f64 = 0.1;
 const STRANGERS: u8 = 4;
 /// Intervals a new rhythm is made of.
 const FIRST: usize = 5;
-/// Least pulses of a reading, and least for one that follows a change of speed.
-const LEAST: usize = 3;
-const LEAST_CURVED: usize = 6;
-
-/// Settings of a [`Tacho`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TachoConfig {
-    /// Samples a second in which the times are given, Hz.
-    pub fs_hz: f64,
-    /// Pulses per turn, 1..=1000.
-    pub pulses_per_turn: u32,
-    /// Slowest speed, Hz: without a pulse for two of its intervals the tacho is silent.
-    pub least_hz: f64,
-    /// Scatter of the pulses' times about a smooth speed, as a fraction of their
-    /// interval, above which they are noisy. Default 0.05.
-    pub noisy_fraction: f64,
-}
-
-impl TachoConfig {
-    /// One pulse per turn, from 2 Hz (120 rpm) up.
-    pub fn new(fs_hz: f64) -> Self {
-        Self {
-            fs_hz,
-            pulses_per_turn: 1,
-            least_hz: 2.0,
-            noisy_fraction: 0.05,
-        }
-    }
-}
-
-/// Which setting of [`TachoConfig`] is out of range.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TachoError {
-    /// The rate must be positive and finite.
-    Rate,
-    /// 1 to 1000 pulses per turn.
-    PulsesPerTurn,
-    /// The slowest speed must be positive and below the rate.
-    LeastSpeed,
-    /// The fraction must lie in 0.001..=0.5.
-    NoisyFraction,
-}
-
-/// What is wrong with the pulses.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum TachoFault {
-    /// No pulse at all, or none for two intervals of the slowest speed.
-    Silent,
-    /// Pulses are missing: three of the last eight intervals were longer than 1.5 of
-    /// the expected ones, or there is none for three.
-    Missing,
-    /// Extra pulses: three of the last eight came before 0.75 of an interval.
-    Doubled,
-    /// The times scatter too much, or three of the last eight pulses fit no rhythm.
-    Noisy,
-}
-
-/// Speed at the last pulse.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TachoReading<T> {
-    /// Turns a second, Hz, and standard deviation; none without a rhythm.
-    pub spindle_hz: Option<(T, T)>,
-    /// Part of a turn since a pulse (any of them, if there are several per turn),
-    /// 0..1; none without a rhythm.
-    pub turn: Option<T>,
-    /// What is wrong, the worst first. A single pulse too many or too few is none.
-    pub fault: Option<TachoFault>,
-}
 
 /// Follows the rhythm of the pulses; a single extra or missing one changes nothing.
 ///
@@ -125,11 +64,9 @@ pub struct Tacho<T> {
     noisy: T,
     /// Time of the last pulse that counted (of the last one, while none counts).
     last: Option<(u64, T)>,
-    /// Samples between pulses, and pulses before the last one with their count
-    /// before it: newest first.
+    /// Samples between pulses.
     rhythm: Option<T>,
-    held: [(T, T); HELD],
-    used: usize,
+    held: Held<T>,
     first: [T; FIRST],
     firsts: usize,
     strangers: u8,
@@ -170,8 +107,7 @@ impl<T: Real> Tacho<T> {
             noisy: T::from_f64(config.noisy_fraction),
             last: None,
             rhythm: None,
-            held: [(T::ZERO, T::ZERO); HELD],
-            used: 0,
+            held: Held::new(),
             first: [T::ZERO; FIRST],
             firsts: 0,
             strangers: 0,
@@ -194,7 +130,7 @@ impl<T: Real> Tacho<T> {
 
     fn lose_rhythm(&mut self) {
         self.rhythm = None;
-        self.used = 0;
+        self.held.clear();
         self.firsts = 0;
         self.strangers = 0;
         self.steady = 0;
@@ -278,9 +214,9 @@ impl<T: Real> Tacho<T> {
         // The newest must be one of them: the count starts there.
         if best.0 >= LEAST && (interval - best.1).abs() <= best.1 * T::from_f64(QUARTER) {
             self.rhythm = Some(best.1);
-            self.used = 0;
+            self.held.clear();
             self.strangers = 0;
-            self.hold(interval, T::ONE);
+            self.held.add(interval, T::ONE);
         }
     }
 
@@ -306,24 +242,9 @@ impl<T: Real> Tacho<T> {
         // One extra pulse in every interval is no stranger's rhythm.
         self.strangers = 0;
         self.last = Some(at);
-        self.hold(interval, whole);
+        self.held.add(interval, whole);
         let step = interval / whole;
         self.rhythm = Some(rhythm + (step - rhythm) * T::from_f64(0.3));
-    }
-
-    /// Adds a pulse `count` after the last one.
-    fn hold(&mut self, interval: T, count: T) {
-        if self.used == 0 {
-            self.used = 1;
-            self.held[0] = (T::ZERO, T::ZERO);
-        }
-        self.used = (self.used + 1).min(HELD);
-        self.held.rotate_right(1);
-        self.held[0] = (T::ZERO, T::ZERO);
-        for (time, index) in self.held.iter_mut().take(self.used).skip(1) {
-            *time += interval;
-            *index += count;
-        }
     }
 
     /// Speed, angle and faults at sample `now`. Slow path.
@@ -349,7 +270,7 @@ impl<T: Real> Tacho<T> {
         } else {
             None
         };
-        let Some((interval, sd, scatter)) = self.fit() else {
+        let Some((interval, sd, scatter)) = self.held.fit() else {
             return reading;
         };
         let gone = (since(last, now)) / interval;
@@ -364,57 +285,6 @@ impl<T: Real> Tacho<T> {
         let part = turns - T::from_u32(turns.to_f32() as u32);
         reading.turn = Some(part.clamp(T::ZERO, T::from_f64(0.999_999)));
         reading
-    }
-
-    /// Interval at the last pulse, its standard deviation, and the scatter of the
-    /// pulses about the fit, samples.
-    fn fit(&self) -> Option<(T, T, T)> {
-        let held = self.held.get(..self.used)?;
-        if held.len() < LEAST {
-            return None;
-        }
-        // Orthogonal polynomials over the counts: 1, a, q. Times and counts run
-        // backwards from the last pulse.
-        let n = T::from_u32(held.len() as u32);
-        let mean = held.iter().map(|p| p.1).sum::<T>() / n;
-        let mean_time = held.iter().map(|p| p.0).sum::<T>() / n;
-        let (mut aa, mut aaa, mut at) = (T::ZERO, T::ZERO, T::ZERO);
-        for (time, count) in held {
-            let a = *count - mean;
-            aa += a * a;
-            aaa += a * a * a;
-            at += a * (*time - mean_time);
-        }
-        let slope = at / aa;
-        let (offset, tilt) = (aa / n, aaa / aa);
-        let curved = held.len() >= LEAST_CURVED;
-        let quadratic = |a: T| a * a - tilt * a - offset;
-        let (mut qq, mut qt) = (T::ZERO, T::ZERO);
-        for (time, count) in held {
-            let q = quadratic(*count - mean);
-            qq += q * q;
-            qt += q * (*time - mean_time);
-        }
-        let bend = if curved { qt / qq } else { T::ZERO };
-        let mut squares = T::ZERO;
-        for (time, count) in held {
-            let a = *count - mean;
-            let off = *time - mean_time - slope * a - bend * quadratic(a);
-            squares += off * off;
-        }
-        let free = n - T::from_f64(if curved { 3.0 } else { 2.0 });
-        let variance = squares / free;
-        // Slope where the count is 0, a = −mean.
-        let lean = -T::from_f64(2.0) * mean - tilt;
-        let interval = slope + bend * lean;
-        let mut spread = T::ONE / aa;
-        if curved {
-            spread += lean * lean / qq;
-        }
-        if !(interval > T::ZERO) {
-            return None;
-        }
-        Some((interval, (variance * spread).sqrt(), variance.sqrt()))
     }
 }
 

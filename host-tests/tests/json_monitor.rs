@@ -1,8 +1,8 @@
-//! Promise: `rarma monitor --json` and `rarma identify --json` say what
-//! docs/interfaces.md lists, field by field, and nothing else.
+//! Promise: `rarma monitor --json` says what docs/interfaces.md lists, field by field,
+//! and nothing else.
 
-use host_tests::bound::Bound;
 use host_tests::files::Folder;
+use host_tests::json::{keys, number, word};
 use host_tests::process::Ended;
 use host_tests::{rarma, signal};
 use serde_json::Value;
@@ -62,38 +62,6 @@ fn damped(folder: &Folder) -> std::path::PathBuf {
     let modes = signal::modes(&[(900.0, 0.04), (1700.0, 0.03)], f64::from(FS), 7);
     let x: Vec<f64> = modes.map(|x| 0.1 * x).take(SAMPLES).collect();
     folder.pcm16("damped.wav", FS, &x)
-}
-
-fn keys(object: &Value) -> Vec<&str> {
-    let mut keys: Vec<&str> = object
-        .as_object()
-        .unwrap_or_else(|| panic!("not an object: {object}"))
-        .keys()
-        .map(String::as_str)
-        .collect();
-    keys.sort_unstable();
-    keys
-}
-
-fn number(object: &Value, key: &str) -> f64 {
-    let value = object[key].as_f64();
-    value
-        .filter(|x| x.is_finite())
-        .unwrap_or_else(|| panic!("{key} of {object}"))
-}
-
-fn numbers(array: &Value) -> Vec<f64> {
-    let items = array.as_array().unwrap_or_else(|| panic!("{array}"));
-    items
-        .iter()
-        .map(|x| x.as_f64().expect("a finite number"))
-        .collect()
-}
-
-fn word<'a>(object: &'a Value, key: &str) -> &'a str {
-    object[key]
-        .as_str()
-        .unwrap_or_else(|| panic!("{key} of {object}"))
 }
 
 /// Every field of a line, its kind and its range.
@@ -306,12 +274,7 @@ fn multiple_of_the_speed_is_forced_and_no_alarm() {
     assert_eq!(ended.code, Some(0), "{ended:?}");
     let (lines, summary) = ended.monitored();
     assert_eq!(summary["alarms"], serde_json::json!([]));
-    let late: Vec<&Value> = lines.iter().filter(|l| number(l, "t") > 1.0).collect();
-    assert!(late.len() > 190);
-    for line in late {
-        let mode = nearest(line, 900.0);
-        assert!((number(mode, "f") - 900.0).abs() < 2.0, "{line}");
-        assert_eq!(word(mode, "label"), "forced", "{line}");
+    for (line, mode) in forced_late(&lines) {
         assert_eq!(word(line, "state"), "warning", "{line}");
         assert_eq!(word(line, "reason"), "origin-unknown", "{line}");
         assert_eq!(word(mode, "origin"), "unknown", "{line}");
@@ -321,18 +284,27 @@ fn multiple_of_the_speed_is_forced_and_no_alarm() {
         assert_eq!(ended.code, Some(0), "{options}");
         let (lines, summary) = ended.monitored();
         assert_eq!(summary["alarms"], serde_json::json!([]));
-        let late: Vec<&Value> = lines.iter().filter(|l| number(l, "t") > 1.0).collect();
-        assert!(late.len() > 190);
-        for line in late {
-            let mode = nearest(line, 900.0);
-            assert!((number(mode, "f") - 900.0).abs() < 2.0, "{line}");
-            assert_eq!(word(mode, "label"), "forced", "{line}");
+        for (line, mode) in forced_late(&lines) {
             assert_eq!(mode["harmonic"], 30, "{line}");
             assert_eq!(word(mode, "origin"), "rotation", "{line}");
             assert_eq!(word(line, "reason"), "forced-only", "{line}");
             assert_eq!(word(line, "state"), "stable", "{line}");
         }
     }
+}
+
+/// After a second, every line and its mode at 900 Hz, which is forced.
+fn forced_late(lines: &[Value]) -> Vec<(&Value, &Value)> {
+    let late: Vec<&Value> = lines.iter().filter(|l| number(l, "t") > 1.0).collect();
+    assert!(late.len() > 190);
+    late.into_iter()
+        .map(|line| {
+            let mode = nearest(line, 900.0);
+            assert!((number(mode, "f") - 900.0).abs() < 2.0, "{line}");
+            assert_eq!(word(mode, "label"), "forced", "{line}");
+            (line, mode)
+        })
+        .collect()
 }
 
 fn nearest(line: &Value, f_hz: f64) -> &Value {
@@ -342,139 +314,4 @@ fn nearest(line: &Value, f_hz: f64) -> &Value {
         .iter()
         .min_by(|x, y| distance(x).total_cmp(&distance(y)))
         .unwrap_or_else(|| panic!("no mode in {line}"))
-}
-
-#[test]
-fn identify_says_every_field_at_every_kind_of_order() {
-    let folder = Folder::default();
-    let x: Vec<f64> = signal::modes(&[(980.0, 0.02), (1700.0, 0.03)], 5000.0, 3)
-        .map(|x| 7.0 + x)
-        .take(10_000)
-        .collect();
-    let file = folder.raw("modes.f64", &x);
-    for (p, q) in [
-        (0usize, 3usize),
-        (5, 0),
-        (30, 29),
-        (2, 1),
-        (4, 3),
-        (1, 2),
-        (0, 0),
-        (3, 7),
-    ] {
-        for method in ["rpem", "rplr", "gradient", "riv"] {
-            let options = format!("--fs 5000 --order {p},{q} --method {method} --json");
-            let ended = rarma!().on("identify", &file, &options);
-            if method == "riv" && p == 0 && q > 0 {
-                // Instruments are for A: without one there is nothing to estimate.
-                assert_eq!(
-                    (ended.code, ended.stdout.as_str()),
-                    (Some(3), ""),
-                    "{options}"
-                );
-                assert!(ended.stderr.contains("riv"), "{options}: {ended:?}");
-                continue;
-            }
-            assert_eq!(
-                (ended.code, ended.stderr.as_str()),
-                (Some(0), ""),
-                "{options}"
-            );
-            let lines = ended.json_lines();
-            let [model] = &lines[..] else {
-                panic!("{options}: {} lines", lines.len());
-            };
-            assert_eq!(
-                keys(model),
-                [
-                    "a",
-                    "aic",
-                    "bic",
-                    "c",
-                    "fpe",
-                    "fs",
-                    "mean",
-                    "method",
-                    "modes",
-                    "n",
-                    "order",
-                    "sigma2",
-                    "whiteness_p"
-                ]
-            );
-            assert_eq!(word(model, "method"), method);
-            assert_eq!(model["order"], serde_json::json!([p, q]));
-            assert_eq!(
-                (numbers(&model["a"]).len(), numbers(&model["c"]).len()),
-                (p, q)
-            );
-            assert_eq!(
-                (number(model, "fs"), number(model, "n")),
-                (5000.0, 10_000.0)
-            );
-            assert!((number(model, "mean") - 7.0).abs() < 0.2);
-            assert!(number(model, "sigma2") > 0.0 && number(model, "fpe") > 0.0);
-            assert!(number(model, "bic") >= number(model, "aic"));
-            assert!((0.0..=1.0).contains(&number(model, "whiteness_p")));
-            let modes = model["modes"].as_array().expect("modes");
-            assert!(modes.len() <= p / 2);
-            let f: Vec<f64> = modes.iter().map(|m| number(m, "f")).collect();
-            assert!(f.is_sorted(), "{options}: {f:?}");
-            for mode in modes {
-                assert_eq!(keys(mode), ["f", "f_sd", "zeta", "zeta_sd"]);
-                // Instruments at an order that is not the signal's may end in a model that
-                // has no bound (roots on or outside the unit circle): null, both.
-                let has_bound = method != "riv" || (p, q) == (4, 3);
-                if !has_bound && mode["f_sd"].is_null() {
-                    assert!(mode["zeta_sd"].is_null(), "{options}: {mode}");
-                } else {
-                    assert!(number(mode, "f_sd") >= 0.0 && number(mode, "zeta_sd") >= 0.0);
-                }
-                number(mode, "zeta");
-            }
-        }
-    }
-}
-
-#[test]
-fn identify_recovers_a_known_model_within_its_uncertainty() {
-    let folder = Folder::default();
-    let modes = [(700.0, 0.05), (1500.0, 0.04)];
-    let a = signal::polynomial(&modes, 5000.0);
-    let c = [0.5, -0.3, 0.1];
-    let n = 50_000;
-    let file = folder.raw("arma.f64", &signal::arma(&a, &c, n, 11));
-    let ended = rarma!().on("identify", &file, "--fs 5000 --order 4,3 --json");
-    assert_eq!(ended.code, Some(0), "{ended:?}");
-    let model = &ended.json_lines()[0];
-    let bound = Bound::of(&a, &c);
-    let found = [numbers(&model["a"]), numbers(&model["c"])].concat();
-    for (i, (found, truth)) in found.iter().zip(a.iter().chain(&c)).enumerate() {
-        let sd = bound.parameter(i, n as f64);
-        let off = (found - truth) / sd;
-        println!("parameter {i}: {found:.5} for {truth:.5}, {off:+.2} sd");
-        assert!(
-            off.abs() < 4.0,
-            "parameter {i} is {found}, not {truth} ± {sd}"
-        );
-    }
-    assert!((number(model, "sigma2") - 1.0).abs() < 4.0 * (2.0 / n as f64).sqrt());
-    assert!(number(model, "whiteness_p") > 1e-4);
-    for (mode, (f, zeta)) in model["modes"].as_array().expect("modes").iter().zip(modes) {
-        let limit = bound.mode(f, zeta, 5000.0);
-        let root_n = (n as f64).sqrt();
-        assert!((number(mode, "f") - f).abs() < 4.0 * limit.frequency / root_n);
-        assert!((number(mode, "zeta") - zeta).abs() < 4.0 * limit.damping / root_n);
-        // The stated uncertainty is the true one.
-        let stated = number(mode, "zeta_sd") / (limit.damping / root_n);
-        assert!(
-            (0.8..1.25).contains(&stated),
-            "zeta_sd is {stated} of the bound"
-        );
-        let stated = number(mode, "f_sd") / (limit.frequency / root_n);
-        assert!(
-            (0.8..1.25).contains(&stated),
-            "f_sd is {stated} of the bound"
-        );
-    }
 }

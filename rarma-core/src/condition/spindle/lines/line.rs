@@ -1,0 +1,46 @@
+//! One line of the spindle: its amplitude, and how loud the rest is where it lies.
+
+use crate::real::Real;
+
+/// One line.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Line<T> {
+    pub multiple: u16,
+    pub age: u16,
+    /// Amplitude c of Re(c·e^(j·n·φ)).
+    pub c: (T, T),
+    /// Σ e·e^(−j·n·φ) of the block.
+    pub sum: (T, T),
+    /// Smoothed errors, radial and across less what the common phase explains, and
+    /// the variance of a block's error by them.
+    pub radial: T,
+    pub across: T,
+    pub variance: T,
+}
+
+impl<T: Real> Line<T> {
+    pub(super) fn new(multiple: u16) -> Self {
+        let zero = (T::ZERO, T::ZERO);
+        Self {
+            multiple,
+            age: 0,
+            c: zero,
+            sum: zero,
+            radial: T::ZERO,
+            across: T::ZERO,
+            variance: T::ZERO,
+        }
+    }
+
+    /// |c|².
+    pub(super) fn square(&self) -> T {
+        self.c.0 * self.c.0 + self.c.1 * self.c.1
+    }
+}
+
+/// Part of an error that a line of this age takes over.
+pub(super) fn gain<T: Real>(age: u16, most: T, least: T) -> T {
+    (T::ONE / T::from_u32(u32::from(age.max(1))))
+        .min(most)
+        .max(least)
+}
