@@ -182,6 +182,12 @@ impl<T: Real> SequentialTest<T> {
         self.usual_again = T::ZERO;
     }
 
+    /// Something else explains the vibration: that it is undamped proves nothing.
+    pub fn discount(&mut self) {
+        self.lost = T::ZERO;
+        self.lost_from_usual = T::ZERO;
+    }
+
     /// Begins anew, as for another mode.
     pub fn reset(&mut self) {
         *self = Self::default();

@@ -121,6 +121,10 @@ impl<T: Real> Slot<T> {
         // What was proven not to be forced stays so where only the doubt reaches.
         let harmonic = harmonic.filter(|_| certain || !self.track.is_proven_free());
         let origin = self.origin(frequency, sd.frequency, harmonic, around);
+        if origin.explains() {
+            // A line that leaves its multiple when the speed jumps is no news.
+            self.test.discount();
+        }
         let reading = Reading {
             frequency: (frequency, sd.frequency),
             damping: (modal.damping, sd.damping),

@@ -111,7 +111,9 @@ impl<T: Real> Spindle<T> {
             .ok()
         };
         Self {
-            finder: find(told).or_else(|| find(None)),
+            // A told speed too low to be resolved is taken as it is: blindly, a comb of
+            // something else would stand for it.
+            finder: find(told),
             lines: SpindleLines::new(&SpindleLinesConfig {
                 teeth,
                 ..SpindleLinesConfig::new(fs, band)
@@ -187,9 +189,11 @@ impl<T: Real> Spindle<T> {
         self.found = Some(((speed, sd), T::ZERO));
         self.found_at_entry = self.is_entering();
         self.retell(speed);
+        // Started on the mean over an entry, the lines lock a percent beside the speed.
         if let Some(lines) = &mut self.lines
             && lines.lock() != Lock::Locked
             && self.tacho_reading.is_none()
+            && !self.found_at_entry
         {
             lines.start(speed, sd);
         }
@@ -211,11 +215,16 @@ impl<T: Real> Spindle<T> {
         }
     }
 
-    /// A lock that is lost was lost because the speed has changed.
+    /// A lock that is lost was lost because the speed has changed, and one that is caught
+    /// while a cut begins is late.
     fn watch_lock(&mut self) {
         let locked = self.locked().is_some();
         if self.was_locked && !locked && self.told.is_some() {
             self.unconfirmed_s = T::from_f64(UNCONFIRMED.0);
+        }
+        if locked && !self.was_locked && self.is_entering() {
+            // Lines that are caught in the dip are drawn up to the speed slowly.
+            self.entering_s = T::from_f64(ENTERING.0);
         }
         self.was_locked = locked;
     }

@@ -43,7 +43,7 @@ pub enum SpindleLinesError {
     Rate,
     /// Band edges must be positive, in order, and below half the rate.
     Band,
-    /// 1 to 100 teeth.
+    /// 1 to 1000 teeth.
     Teeth,
     /// Memory out of range.
     Memory,

@@ -83,7 +83,7 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
         if !(low_hz > 0.0 && low_hz < high_hz && high_hz < 0.5 * fs) {
             return Err(SpindleLinesError::Band);
         }
-        if config.teeth.is_some_and(|z| !(1..=100).contains(&z)) {
+        if config.teeth.is_some_and(|z| !(1..=1000).contains(&z)) {
             return Err(SpindleLinesError::Teeth);
         }
         if !(config.tau_s >= 0.02 && config.tau_s <= 10.0) {
