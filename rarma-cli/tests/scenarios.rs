@@ -162,6 +162,27 @@ fn what_no_single_field_shows_is_refused_too() {
             "one of the two",
         ),
         ("depth_mm = 5.0", "", "depth_mm is missing"),
+        (
+            "depth_mm = 5.0",
+            "depth_mm = { at = 5.0 }",
+            "depth_mm is a value of type",
+        ),
+        (
+            "depth_mm = 5.0",
+            "depth_mm = 5.0\nworkpiece = { from_mm = 0, to_mm = 9, slot = [{ from_mm = 1, to_mm = 2, y_from_mm = 3, y_to_mm = 3 }] }",
+            "workpiece.slot[0].y_to_mm is 3 (allowed: more than y_from_mm)",
+        ),
+        (
+            "depth_mm = 5.0",
+            "depth_mm = 5.0\nworkpiece = { from_mm = 0, to_mm = 9, slot = [{ from_mm = 2, to_mm = 1 }] }",
+            "workpiece.slot[0].to_mm is 1 (allowed: more than from_mm)",
+        ),
+        (
+            "turn_rad_per_m = 60",
+            "",
+            "milling.mode[2].x is missing (allowed: one of x, y and turn_rad_per_m",
+        ),
+        ("turn_rad_per_m = 60", "x = 0", "milling.mode[2].x is 0"),
         ("[milling]", "[milling", "not TOML"),
         ("[milling.", "[grinding.", "grinding"),
     ];
@@ -188,6 +209,10 @@ fn what_no_single_field_shows_is_refused_too() {
 #[test]
 fn the_schema_describes_every_field_that_is_used() {
     let schema = scenario::schema();
+    // The largest of any sample rate, not of the default one.
+    let enclosure = &schema["properties"]["microphone"]["properties"]["enclosure"];
+    let highest = enclosure["properties"]["f_hz"]["maximum"].as_f64();
+    assert!(highest.is_some_and(|f| (f - 0.499 * 384_000.0).abs() < 1e-6));
     fn walk<'a>(schema: &'a serde_json::Value, table: &DeTable<'_>, path: &str) {
         for (key, value) in table {
             let mut entry: &'a serde_json::Value = &schema["properties"][key.get_ref().as_ref()];

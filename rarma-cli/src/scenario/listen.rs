@@ -6,6 +6,9 @@ use hal_sim::plant::sound::{Enclosure, MicrophoneConfig, Pickup, Tone};
 use rarma_core::Order;
 use rarma_core::condition::Band;
 
+/// Highest sample rate of a scenario, Hz.
+const HIGHEST_RATE_HZ: f64 = 384_000.0;
+
 /// Settings of the box that suit the scenario.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoxHints {
@@ -27,10 +30,12 @@ pub(super) fn microphone(file: &mut Section<'_>, seed: u64) -> Result<Microphone
 fn sensor(s: &mut Section<'_>, seed: u64) -> Result<MicrophoneConfig, Refusal> {
     let fs = s.number(
         "sample_rate_hz",
-        Allowed::within(1000.0, 384_000.0),
+        Allowed::within(1000.0, HIGHEST_RATE_HZ),
         Some(48_000.0),
         "Sample rate, Hz",
     )?;
+    // A description knows no rate of its own: any that is allowed may come.
+    let highest = if s.describes() { HIGHEST_RATE_HZ } else { fs };
     let pickup = match s.choice(
         "pickup",
         &["acceleration", "velocity", "displacement"],
@@ -61,7 +66,7 @@ fn sensor(s: &mut Section<'_>, seed: u64) -> Result<MicrophoneConfig, Refusal> {
             Ok(Enclosure {
                 f_hz: s.number(
                     "f_hz",
-                    Allowed::above(0.0, 0.499 * fs),
+                    Allowed::above(0.0, 0.499 * highest),
                     None,
                     "Frequency, Hz, below half the sample rate",
                 )?,

@@ -2,7 +2,7 @@
 
 use super::reader::{Allowed, Refusal, Section};
 use super::shared::{
-    LENGTH_MM, MM, N_PER_MM, N_PER_MM2, PLACE_MM, SPEED_DOC, SPEED_RPM, bare_mode, depth, noise,
+    LENGTH_MM, MM, N_PER_MM, N_PER_MM2, PLACE_MM, SPEED_RPM, bare_mode, depth, noise,
     process_damping, speed, step_rate,
 };
 use super::turning::turning;
@@ -33,7 +33,12 @@ pub(super) fn process(file: &mut Section<'_>, seed: u64) -> Result<Process, Refu
 }
 
 fn milling(s: &mut Section<'_>, seed: u64) -> Result<MillingConfig, Refusal> {
-    let spindle_hz = s.number("speed_rpm", SPEED_RPM, None, SPEED_DOC)? / 60.0;
+    let spindle_hz = s.number(
+        "speed_rpm",
+        SPEED_RPM,
+        None,
+        "Spindle speed, 1/min; the nominal one if `speed` changes it",
+    )? / 60.0;
     let speed = speed(s, spindle_hz)?;
     let teeth = s.whole("teeth", (1, 64), None, "Number of teeth")? as usize;
     let diameter_m = s.number("diameter_mm", LENGTH_MM, None, "Diameter of the cutter, mm")? * MM;
@@ -109,25 +114,16 @@ fn milling(s: &mut Section<'_>, seed: u64) -> Result<MillingConfig, Refusal> {
         workpiece,
     )?;
     let rate = step_rate(s)?;
-    let per_tooth = |n: usize| n == 0 || n == teeth;
     if !describes {
-        if !per_tooth(pitch.len()) {
-            return Err(s.refuse(
-                "pitch_deg",
-                format!(
-                    "has {} entries (allowed: one for each of the {teeth} teeth, or none)",
-                    pitch.len()
-                ),
-            ));
-        }
-        if !per_tooth(runout.len()) {
-            return Err(s.refuse(
-                "runout_um",
-                format!(
-                    "has {} entries (allowed: one for each of the {teeth} teeth, or none)",
-                    runout.len()
-                ),
-            ));
+        for (field, entries) in [("pitch_deg", pitch.len()), ("runout_um", runout.len())] {
+            if entries != 0 && entries != teeth {
+                return Err(s.refuse(
+                    field,
+                    format!(
+                        "has {entries} entries (allowed: one for each of the {teeth} teeth, or none)"
+                    ),
+                ));
+            }
         }
         let sum: f64 = pitch.iter().sum();
         if !pitch.is_empty() && (sum - 360.0).abs() > 1e-6 {
@@ -202,7 +198,7 @@ fn engagement(s: &mut Section<'_>) -> Result<Engagement, Refusal> {
 fn mode(s: &mut Section<'_>) -> Result<ShapedMode, Refusal> {
     let mode = bare_mode(s)?;
     let shape = Allowed::within(-10.0, 10.0);
-    Ok(ShapedMode {
+    let shaped = ShapedMode {
         mode,
         x: s.number(
             "x",
@@ -223,7 +219,16 @@ fn mode(s: &mut Section<'_>) -> Result<ShapedMode, Refusal> {
             Some(0.0),
             "How far it turns the cutter in the sense of the spindle, rad/m (torsion)",
         )?,
-    })
+    };
+    let moves = shaped.x != 0.0 || shaped.y != 0.0 || shaped.turn_rad_per_m != 0.0;
+    if !moves && !s.describes() {
+        let state = if s.has("x") { "is 0" } else { "is missing" };
+        let what = format!(
+            "{state} (allowed: one of x, y and turn_rad_per_m that is not 0: how the mode moves the tool)"
+        );
+        return Err(s.refuse("x", what));
+    }
+    Ok(shaped)
 }
 
 fn wear(s: &mut Section<'_>) -> Result<Wear, Refusal> {
@@ -263,12 +268,11 @@ fn workpiece(s: &mut Section<'_>) -> Result<Workpiece, Refusal> {
             side("y_from_mm", Some(-10_000.0))?,
             side("y_to_mm", Some(10_000.0))?,
         ];
-        let sized = x[0] < x[1] && y[0] < y[1];
-        if !sized && !s.describes() {
-            return Err(s.refuse(
-                "to_mm",
-                "is not above from_mm (allowed: rectangles with a size)",
-            ));
+        for (ends, to, from) in [(x, "to_mm", "from_mm"), (y, "y_to_mm", "y_from_mm")] {
+            if ends[1] <= ends[0] && !s.describes() {
+                let what = format!("is {} (allowed: more than {from})", ends[1]);
+                return Err(s.refuse(to, what));
+            }
         }
         Ok(Gap::Slot {
             x_m: x.map(|v| v * MM),

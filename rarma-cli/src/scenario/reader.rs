@@ -333,6 +333,10 @@ fn strangers(
     path: &str,
     out: &mut Vec<(usize, Refusal)>,
 ) {
+    // A table where none may be is refused for its type, not for the names in it.
+    if !schema["properties"].is_object() {
+        return;
+    }
     for (key, value) in table {
         let name: &str = key.get_ref();
         let field = if path.is_empty() {

@@ -14,7 +14,6 @@ pub(super) const PLACE_MM: Allowed = Allowed::within(-10_000.0, 10_000.0);
 pub(super) const DEPTH_MM: Allowed = Allowed::within(0.0, 200.0);
 pub(super) const TIME_S: Allowed = Allowed::within(0.0, 3600.0);
 pub(super) const SPEED_RPM: Allowed = Allowed::within(60.0, 200_000.0);
-pub(super) const SPEED_DOC: &str = "Spindle speed, 1/min; the nominal one if `speed` changes it";
 
 pub(super) fn step_rate(s: &mut Section<'_>) -> Result<f64, Refusal> {
     s.number("step_rate_hz", Allowed::within(10_000.0, 5e6), Some(192_000.0), "Least integration rate, Hz; at least 50 steps per period of the fastest mode, and not below the sample rate")

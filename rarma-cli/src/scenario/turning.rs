@@ -2,14 +2,14 @@
 
 use super::reader::{Allowed, Refusal, Section};
 use super::shared::{
-    LENGTH_MM, MM, N_PER_MM, N_PER_MM2, SPEED_DOC, SPEED_RPM, bare_mode, depth, noise,
-    process_damping, step_rate,
+    LENGTH_MM, MM, N_PER_MM, N_PER_MM2, SPEED_RPM, bare_mode, depth, noise, process_damping,
+    step_rate,
 };
 use hal_sim::plant::process::Contact;
 use hal_sim::plant::turning::TurningConfig;
 
 pub(super) fn turning(s: &mut Section<'_>, seed: u64) -> Result<TurningConfig, Refusal> {
-    let spindle_hz = s.number("speed_rpm", SPEED_RPM, None, SPEED_DOC)? / 60.0;
+    let spindle_hz = s.number("speed_rpm", SPEED_RPM, None, "Spindle speed, 1/min")? / 60.0;
     let diameter_m = s.number(
         "diameter_mm",
         LENGTH_MM,
