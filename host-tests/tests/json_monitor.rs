@@ -274,12 +274,7 @@ fn multiple_of_the_speed_is_forced_and_no_alarm() {
     assert_eq!(ended.code, Some(0), "{ended:?}");
     let (lines, summary) = ended.monitored();
     assert_eq!(summary["alarms"], serde_json::json!([]));
-    let late: Vec<&Value> = lines.iter().filter(|l| number(l, "t") > 1.0).collect();
-    assert!(late.len() > 190);
-    for line in late {
-        let mode = nearest(line, 900.0);
-        assert!((number(mode, "f") - 900.0).abs() < 2.0, "{line}");
-        assert_eq!(word(mode, "label"), "forced", "{line}");
+    for (line, mode) in forced_late(&lines) {
         assert_eq!(word(line, "state"), "warning", "{line}");
         assert_eq!(word(line, "reason"), "origin-unknown", "{line}");
         assert_eq!(word(mode, "origin"), "unknown", "{line}");
@@ -289,18 +284,27 @@ fn multiple_of_the_speed_is_forced_and_no_alarm() {
         assert_eq!(ended.code, Some(0), "{options}");
         let (lines, summary) = ended.monitored();
         assert_eq!(summary["alarms"], serde_json::json!([]));
-        let late: Vec<&Value> = lines.iter().filter(|l| number(l, "t") > 1.0).collect();
-        assert!(late.len() > 190);
-        for line in late {
-            let mode = nearest(line, 900.0);
-            assert!((number(mode, "f") - 900.0).abs() < 2.0, "{line}");
-            assert_eq!(word(mode, "label"), "forced", "{line}");
+        for (line, mode) in forced_late(&lines) {
             assert_eq!(mode["harmonic"], 30, "{line}");
             assert_eq!(word(mode, "origin"), "rotation", "{line}");
             assert_eq!(word(line, "reason"), "forced-only", "{line}");
             assert_eq!(word(line, "state"), "stable", "{line}");
         }
     }
+}
+
+/// After a second, every line and its mode at 900 Hz, which is forced.
+fn forced_late(lines: &[Value]) -> Vec<(&Value, &Value)> {
+    let late: Vec<&Value> = lines.iter().filter(|l| number(l, "t") > 1.0).collect();
+    assert!(late.len() > 190);
+    late.into_iter()
+        .map(|line| {
+            let mode = nearest(line, 900.0);
+            assert!((number(mode, "f") - 900.0).abs() < 2.0, "{line}");
+            assert_eq!(word(mode, "label"), "forced", "{line}");
+            (line, mode)
+        })
+        .collect()
 }
 
 fn nearest(line: &Value, f_hz: f64) -> &Value {
