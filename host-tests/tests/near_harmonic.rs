@@ -80,6 +80,7 @@ fn table(seeds: u64) {
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|");
     let places = [
+        ("0.5 Hz beside a tooth line", Place::Beside(0.5)),
         ("3 Hz beside a tooth line", Place::Beside(3.0)),
         ("8 Hz beside a tooth line", Place::Beside(8.0)),
         ("flip, on runout lines", Place::Flip { runout: true }),

@@ -68,6 +68,9 @@ pub enum Reason {
     SamplesStuck,
     /// The samples are clipped.
     SamplesClipped,
+    /// A line at a multiple of the speed rose by itself: chatter there cannot be told
+    /// from it.
+    BlindAtMultiple,
 }
 
 /// What else explains a mode's vibration.

@@ -120,6 +120,7 @@ fn reason(reason: decide::Reason) -> Reason {
         decide::Reason::ForcedOnly => Reason::ForcedOnly,
         decide::Reason::OriginUnknown => Reason::OriginUnknown,
         decide::Reason::Entering => Reason::Entering,
+        decide::Reason::BlindAtMultiple => Reason::BlindAtMultiple,
         decide::Reason::Samples(condition::Fault::NotFinite) => Reason::SamplesNotFinite,
         decide::Reason::Samples(condition::Fault::Missing) => Reason::SamplesMissing,
         decide::Reason::Samples(condition::Fault::Stuck) => Reason::SamplesStuck,

@@ -86,6 +86,9 @@ fn words_for(state: State, reason: Reason) -> &'static str {
             "undamped, and it cannot be told whether forced: the speed is missing"
         }
         Reason::Entering => "the cut has just begun",
+        Reason::BlindAtMultiple => {
+            "a line of the rotation rose by itself: chatter there would not be told from it"
+        }
         Reason::SamplesNotFinite => "samples are NaN or infinite",
         Reason::SamplesMissing => "samples are missing",
         Reason::SamplesStuck => "samples do not move",

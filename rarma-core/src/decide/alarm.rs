@@ -56,6 +56,9 @@ pub enum Reason {
     Entering,
     /// The samples are bad, see the fault.
     Samples(Fault),
+    /// A line at a multiple of the speed has risen by itself: a chatter there cannot be
+    /// told from it.
+    BlindAtMultiple,
 }
 
 /// The standing alarm.

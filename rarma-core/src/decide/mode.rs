@@ -94,6 +94,7 @@ pub struct ModeTrack<T> {
     undamped_s: T,
     excused: (Origin, T),
     rotation_s: T,
+    on_rotation: bool,
     free_s: T,
 }
 
@@ -106,6 +107,7 @@ impl<T: Real> Default for ModeTrack<T> {
             undamped_s: T::ZERO,
             excused: (Origin::Free, T::ZERO),
             rotation_s: T::ZERO,
+            on_rotation: false,
             free_s: T::ZERO,
         }
     }
@@ -146,6 +148,11 @@ impl<T: Real> ModeTrack<T> {
         }
         self.frequency = frequency;
         jumped
+    }
+
+    /// At the last decision it sat on a multiple of the speed.
+    pub fn was_on_rotation(&self) -> bool {
+        self.on_rotation
     }
 
     /// It was seen off all multiples for long enough, whatever the doubt about the speed.
@@ -271,6 +278,7 @@ impl<T: Real> ModeTrack<T> {
         period_s: T,
     ) -> Origin {
         let (held, left_s) = self.excused;
+        self.on_rotation = reading.origin == Origin::Rotation;
         let line = loud && config.may_be_line(reading.damping);
         self.free_s = if reading.harmonic_is_sure {
             T::ZERO

@@ -6,6 +6,7 @@
 
 mod amplitude;
 mod any;
+mod blind;
 mod config;
 mod drift;
 mod pair;
@@ -27,6 +28,7 @@ use crate::estimate::{RecursiveArma, Status};
 use crate::real::Real;
 use crate::spectrum::{FactorTracker, Tracking, isolate};
 use amplitude::AmplitudeWatch;
+use blind::Blindness;
 use slot::{Gains, Slot};
 use spindle::Spindle;
 
@@ -57,6 +59,7 @@ pub struct Monitor<T, const P: usize, const Q: usize, const N: usize> {
     background: Background<T>,
     places: Places<T>,
     onset: Onset<T>,
+    blindness: Blindness<T>,
     amplitude: AmplitudeWatch<T>,
     alarm: Alarm<T>,
     spindle: Spindle<T>,
@@ -104,6 +107,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             background: Background::default(),
             places: Places::default(),
             onset: Onset::default(),
+            blindness: Blindness::default(),
             amplitude: AmplitudeWatch::new(fs, period_s),
             alarm: Alarm::new(config.alarm()),
             spindle: Spindle::new(config, fs),

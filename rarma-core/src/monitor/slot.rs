@@ -115,7 +115,14 @@ impl<T: Real> Slot<T> {
         self.test.steer(angle, around.config.threshold, usual);
         let here = self.at.power();
         self.overtone = self.is_overtone(frequency, sd.frequency, around);
-        let harmonic = around.rotation.harmonic(frequency, sd.frequency);
+        // What was on a multiple leaves it at three standard deviations, not at two: many
+        // times a second a line would leave at two by chance.
+        let spread = if self.track.was_on_rotation() {
+            sd.frequency * T::from_f64(1.5)
+        } else {
+            sd.frequency
+        };
+        let harmonic = around.rotation.harmonic(frequency, spread);
         let certain = around.rotation.without_doubt();
         let certain = certain.harmonic(frequency, sd.frequency).is_some();
         // What was proven not to be forced stays so where only the doubt reaches.

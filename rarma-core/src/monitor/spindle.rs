@@ -253,6 +253,18 @@ impl<T: Real> Spindle<T> {
         self.drift.note(speed, period_s);
     }
 
+    /// Power of the loudest line that is removed, input units squared.
+    pub(super) fn loudest_removed(&self) -> T {
+        let lines = self.lines.iter().flat_map(|lines| lines.lines());
+        let most = lines.fold(T::ZERO, |most, (_, amplitude)| most.max(amplitude));
+        most * most * T::from_f64(0.5)
+    }
+
+    /// The speed moves, or is in doubt, so that its lines come and go.
+    pub(super) fn is_changing(&self) -> bool {
+        self.is_entering() || self.rotation().doubt > T::from_f64(SPEED_ACCURACY)
+    }
+
     /// A cut has just begun.
     pub(super) fn is_entering(&self) -> bool {
         self.entering_s > T::ZERO

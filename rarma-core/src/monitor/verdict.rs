@@ -64,6 +64,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
                 *place = self.read_mode(k);
             }
             self.judge_modes(&mut readings, &mut modes);
+            self.watch_lines(cutting);
             if !cutting {
                 self.learn_background(&modes);
             }
@@ -91,7 +92,15 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             }
             _ if !self.model.ready() => (State::Starting, Reason::EstimatorStarting),
             _ if lost && self.alarm.standing().is_none() => (State::Starting, Reason::RootsLost),
-            _ => self.alarm.judge(&modes, cutting),
+            _ => match self.alarm.judge(&modes, cutting) {
+                (State::Stable, _) if self.blindness.is_blind() => {
+                    (State::Warning, Reason::BlindAtMultiple)
+                }
+                (State::Stable, Reason::ForcedOnly) if self.spindle.is_entering() => {
+                    (State::Stable, Reason::Entering)
+                }
+                judged => judged,
+            },
         };
         let standing = self.alarm.standing();
         let report = Report {
@@ -106,6 +115,15 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             standing: standing.map(|s| (s.frequency, s.lowest_damping)),
         };
         report.in_order(standing.map(|s| s.slot))
+    }
+
+    /// Whether the loudest line that is removed has risen by itself. What is left in the
+    /// signal is seen as a mode, and judged.
+    fn watch_lines(&mut self, cutting: bool) {
+        let loudest = self.spindle.loudest_removed();
+        let changing = !cutting || self.spindle.is_changing();
+        self.blindness
+            .note(loudest, self.power, changing, self.period_s);
     }
 
     /// What rings at idle is not the cut.

@@ -22,12 +22,10 @@ use crate::real::Real;
 use comb::Score;
 use peaks::{Peaks, peak_at};
 
-/// Complex points of the longest transform: 2048 samples.
+/// Complex points of the transform: 2048 samples.
 const HALF: usize = 1024;
-/// Samples a spectrum is made of, at the most.
+/// Samples a spectrum is made of.
 pub const FRAME: usize = 2 * HALF;
-/// Least length of a frame, s: a speed must hold still for as long.
-const FRAME_S: f64 = 0.3;
 /// Work per call: butterflies, pairs of bins, bins looked at for a peak.
 const BUTTERFLIES: usize = 16;
 const PAIRS: usize = 4;
@@ -55,8 +53,7 @@ enum Phase {
 
 /// Finds the spacing of the lines in a sound, a little work per sample.
 ///
-/// 2048 samples (at rates below 3.4 kHz fewer, 0.3 s or what a low told speed needs) are
-/// weighted by a Hann window and transformed; a bin that is the
+/// 2048 samples are weighted by a Hann window and transformed; a bin that is the
 /// largest of five and 13 dB above the 0.3 quantile of its 48 neighbours is a line, its
 /// frequency refined by the ratio to its larger neighbour. Every line and every
 /// multiple it may be proposes a spacing; a spacing is judged by the chance that so
@@ -118,16 +115,6 @@ pub struct SpeedFinder<T> {
     last: Finding<T>,
 }
 
-/// Samples of a frame, a power of two up to [`FRAME`]: long enough for [`FRAME_S`], and to
-/// resolve a told speed with a margin of a quarter.
-fn frame(config: &SpeedFinderConfig) -> usize {
-    let least = 1.25 * LEAST_SPACING_BINS;
-    let resolving = config.told_hz.map_or(0.0, |told| least * config.fs_hz / told);
-    let samples = (FRAME_S * config.fs_hz).max(resolving).min(FRAME as f64);
-    // Not less than the neighbourhood a peak is compared with.
-    (samples as usize).max(256).next_power_of_two()
-}
-
 impl<T: Real> SpeedFinder<T> {
     /// A finder that has heard nothing.
     ///
@@ -142,16 +129,15 @@ impl<T: Real> SpeedFinder<T> {
         if !(low_hz > 0.0 && low_hz < high_hz && high_hz < 0.5 * fs) {
             return Err(SpeedFinderError::Band);
         }
-        let fft = SlicedFft::<T, HALF>::new(frame(config) / 2);
-        let (bin, half) = (fs / fft.frame() as f64, fft.frame() / 2);
+        let bin = fs / FRAME as f64;
         let mut finder = Self {
-            fft,
+            fft: SlicedFft::default(),
             peaks: Peaks::default(),
             phase: Phase::Collect,
             at: 0,
             bins: (
                 ((low_hz / bin) as usize).max(3),
-                ((high_hz / bin) as usize).min(half - 3),
+                ((high_hz / bin) as usize).min(HALF - 3),
             ),
             bin_hz: T::from_f64(bin),
             told: None,
@@ -239,12 +225,12 @@ impl<T: Real> SpeedFinder<T> {
             self.at = 0;
             return;
         }
-        let angle = T::from_f64(core::f64::consts::TAU) / T::from_u32(self.fft.frame() as u32);
+        let angle = T::from_f64(core::f64::consts::TAU / FRAME as f64);
         // The angle from −π to π, where sine and cosine are most exact.
         let (_, c) = ((T::from_u32(self.at as u32) + T::from_f64(0.5)) * angle - T::PI).sin_cos();
         self.fft.put(self.at, y * (T::ONE + c) * T::from_f64(0.5));
         self.at += 1;
-        if self.at >= self.fft.frame() {
+        if self.at >= FRAME {
             self.phase = Phase::Transform;
         }
     }

@@ -44,36 +44,17 @@ impl<T: Real> SpeedFinder<T> {
         self.best.is_none_or(|b| score.ln_chance < b.ln_chance)
     }
 
-    /// The told speed as it is: no peak proposed it, so that all of them prove it.
-    fn try_as_told(&mut self, told: T) {
-        let score = self.score_near(told, None);
-        if score.hits >= 2 && self.peaks.through_origin(&score) {
-            self.best = Some(score);
-        }
-        self.tried += 1;
-    }
-
-    /// Every multiple counts, or those of the teeth alone.
-    fn score_near(&self, spacing: T, from: Option<usize>) -> Score<T> {
-        let mut score = self.peaks.score(spacing, from, Multiples::All);
-        if let Some(teeth) = self.teeth {
-            let few = self.peaks.score(spacing, from, Multiples::Of(teeth));
-            score.ln_chance = score.ln_chance.min(few.ln_chance + T::from_f64(2.0).ln());
-        }
-        score
-    }
-
     /// Tries the spacings near the told one, one a call.
     pub(super) fn search_told(&mut self) -> Option<Finding<T>> {
         let told = self.told?;
         let range = T::from_f64(TOLD_RANGE);
         let (lo, hi) = (told * (T::ONE - range), told * (T::ONE + range));
-        if self.tried == 0 {
-            self.try_as_told(told);
-            return None;
-        }
         if let Some((from, spacing)) = self.next_candidate(lo, hi) {
-            let score = self.score_near(spacing, Some(from));
+            let mut score = self.peaks.score(spacing, Some(from), Multiples::All);
+            if let Some(teeth) = self.teeth {
+                let few = self.peaks.score(spacing, Some(from), Multiples::Of(teeth));
+                score.ln_chance = score.ln_chance.min(few.ln_chance + T::from_f64(2.0).ln());
+            }
             if score.hits >= 2 && self.better(&score) && self.peaks.through_origin(&score) {
                 self.best = Some(score);
             }
