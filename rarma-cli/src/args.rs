@@ -73,7 +73,8 @@ pub struct MonitorArgs {
     /// Model order; the box has 2,1 2,2 4,3 4,4 6,5 6,6 8,7 8,8.
     #[arg(long, value_name = "P,Q", default_value = "8,7", value_parser = any_order)]
     pub order: (usize, usize),
-    /// Spindle speed in 1/min: poles on its multiples are labelled forced.
+    /// Spindle speed in 1/min: lines on its multiples count as forced, and are taken out of
+    /// the signal where the sound shows them.
     #[arg(long, value_parser = positive)]
     pub rpm: Option<f64>,
     /// Teeth on the cutter.

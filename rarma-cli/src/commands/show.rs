@@ -107,7 +107,7 @@ fn notice_words(notice: &NoticeRecord) -> String {
             told_rpm,
             found_rpm,
         } => format!(
-            "Warning: at {t:.2} s the sound is that of a spindle at {found_rpm:.0} 1/min, not at the {told_rpm:.0} 1/min that were told: check the speed and give the true one with --rpm; until then multiples of {found_rpm:.0} 1/min count as forced."
+            "Warning: at {t:.2} s the sound is that of a spindle at {found_rpm:.0} 1/min, not at the {told_rpm:.0} 1/min that were told: check the speed and give the true one with --rpm; until then a line on a multiple of {found_rpm:.0} 1/min is of unknown origin."
         ),
         NoticeKind::Tacho { fault } => {
             let what = match fault {

@@ -46,8 +46,7 @@ pub struct Evidence<T> {
 }
 
 /// Evidence of a lost damping that is enough, nats, against each of the two damped
-/// hypotheses. With (8, 18) a mode of ζ = 2 % is called less than once in 100 minutes;
-/// table in the book's bench page.
+/// hypotheses. Calls in minutes of a mode of ζ = 2 and 5 %: table in the book's bench page.
 pub const ENOUGH: (f64, f64) = (8.0, 18.0);
 /// Evidence of regained damping that is enough, nats; and of the usual damping, where
 /// the vibration has gone as well.
