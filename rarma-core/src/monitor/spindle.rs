@@ -7,16 +7,13 @@
 use super::MonitorConfig;
 use super::drift::Drift;
 use crate::condition::{
-    Band, Finding, Lock, SpeedFinder, SpeedFinderConfig, SpindleLines, SpindleLinesConfig, Tacho,
+    Finding, Lock, SpeedFinder, SpeedFinderConfig, SpindleLines, SpindleLinesConfig, Tacho,
     TachoConfig, TachoFault,
 };
 use crate::decide::{Rotation, SPEED_ACCURACY};
 use crate::real::Real;
 use serde::{Deserialize, Serialize};
 
-/// Lines are removed from this part of the band's lower edge on: there the high-pass
-/// takes 16 dB.
-const SKIRT: f64 = 0.4;
 /// Lines that are removed at most.
 const LINES: usize = 32;
 /// A speed that was found is believed for this long without being heard again, s.
@@ -97,15 +94,6 @@ pub(super) struct Spindle<T> {
     unconfirmed_s: T,
 }
 
-/// Where lines are removed: below the band, too, where a second-order high-pass leaves
-/// more of a tooth line than the modes have; it would take poles of the model.
-fn with_skirt(band: Band) -> Band {
-    Band {
-        low_hz: band.low_hz * SKIRT,
-        ..band
-    }
-}
-
 impl<T: Real> Spindle<T> {
     /// For decimated samples of rate `fs`. A rate that is too low for lines has none.
     pub(super) fn new(config: &MonitorConfig, fs: f64) -> Self {
@@ -128,7 +116,7 @@ impl<T: Real> Spindle<T> {
             finder: find(told),
             lines: SpindleLines::new(&SpindleLinesConfig {
                 teeth,
-                ..SpindleLinesConfig::new(fs, with_skirt(band))
+                ..SpindleLinesConfig::new(fs, band)
             })
             .ok(),
             tacho: config.tacho_pulses.and_then(|pulses| {
