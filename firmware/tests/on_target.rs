@@ -31,7 +31,7 @@ mod tests {
     use core::hint::black_box;
 
     use defmt::{assert, assert_eq};
-    use rarma_core::decide::{AlarmEvent, State};
+    use rarma_core::decide::{AlarmEvent, Reason, State};
     use rarma_core::estimate::{Arma87, RarmaConfig};
     use rarma_core::monitor::{Monitor, MonitorConfig};
     use rarma_core::wire::{Deframer, MAX_FRAME, Telemetry, Verdict, encode};
@@ -84,10 +84,16 @@ mod tests {
         assert!(ratio > 0.9 && ratio < 1.1);
     }
 
-    /// A tone of unknown origin is called; a tone on a multiple of the speed is not.
+    /// A tone off the multiples of the speed is called; one on a multiple is forced; and
+    /// where no speed is known it is told that nobody can tell.
     #[test]
-    fn verdict_tells_a_harmonic_from_an_unknown_tone() {
-        for (spindle_hz, called) in [(None, true), (Some(100.0), false)] {
+    fn verdict_tells_a_harmonic_from_chatter_and_from_an_unknown_tone() {
+        let cases = [
+            (Some(72.0), true, Reason::None),
+            (Some(100.0), false, Reason::ForcedOnly),
+            (None, false, Reason::OriginUnknown),
+        ];
+        for (spindle_hz, called, reason) in cases {
             let config = MonitorConfig {
                 spindle_hz,
                 order: Order::O43,
@@ -98,16 +104,19 @@ mod tests {
             };
             let mut noise = Noise(3);
             let mut alarms = 0;
+            let mut last = None;
             for n in 0..18_000u32 {
                 let phase = (n % 60) as f32 * (core::f32::consts::TAU * 9.0 / 60.0);
                 let (tone, _) = Real::sin_cos(phase % core::f32::consts::TAU);
-                if let Some(report) = monitor.push(tone + 0.1 * noise.next())
-                    && matches!(report.event, AlarmEvent::On { .. })
-                {
-                    alarms += 1;
+                if let Some(report) = monitor.push(tone + 0.1 * noise.next()) {
+                    if matches!(report.event, AlarmEvent::On { .. }) {
+                        alarms += 1;
+                    }
+                    last = Some(report.reason);
                 }
             }
             assert_eq!(alarms > 0, called);
+            assert!(last == Some(reason));
         }
     }
 
