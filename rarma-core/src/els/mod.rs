@@ -10,7 +10,8 @@
 //! * [`CutConfig`] and [`LimitSearch`], the limiting width of cut of one direction,
 //!   [`polar_limits`] all round, [`extremes`] the best and the worst;
 //! * [`static_stiffness`], the limit at zero frequency with its uncertainty;
-//! * [`fit_modes`], natural frequencies and damping from a measured receptance.
+//! * [`fit_modes`], natural frequencies and damping from a measured receptance, and
+//!   [`agreed`], those on which fits of several orders agree.
 //!
 //! Words: *receptance*, displacement over force, m/N, for the time factor e^{+jωt};
 //! *direct*, response and excitation in one direction; *cross*, in two; *oriented*,
@@ -18,6 +19,7 @@
 //! *overlap*, share of the wave of the pass before that is cut again.
 
 mod complex;
+mod consensus;
 mod error;
 mod limit;
 mod modes;
@@ -28,6 +30,7 @@ mod reciprocity;
 mod stiffness;
 
 pub use complex::Complex;
+pub use consensus::{AgreedMode, Reading, agreed};
 pub use error::ElsError;
 pub use limit::{CutConfig, Limit, LimitSearch};
 pub use modes::{FittedMode, ModesFit, fit_modes};

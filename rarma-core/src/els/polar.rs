@@ -48,6 +48,8 @@ pub fn polar_limits<T: Real>(
     if !chip_angle.is_finite() {
         return Err(ElsError::OutOfRange { name: "chip_angle" });
     }
+    let largest = lines.iter().fold(T::ZERO, |m, g| m.max(g.largest()));
+    let nothing = cut.width_m(T::from_f64(16.0) * T::EPSILON * largest);
     let turn = T::from_f64(2.0) * T::PI;
     let count = T::from_u32(u32::try_from(out.len()).unwrap_or(u32::MAX));
     for (k, point) in out.iter_mut().enumerate() {
@@ -58,10 +60,12 @@ pub fn polar_limits<T: Real>(
         for (&f, g) in f.iter().zip(lines) {
             search.line(f, g.between((c, s), (d, t)));
         }
-        *point = PolarPoint {
-            angle,
-            limit: search.finish(),
+        // A direction that stands across all motion has the rounding of the angles left.
+        let limit = match search.finish() {
+            Limit::Width { width_m, .. } if !(width_m < nothing) => Limit::Unlimited,
+            other => other,
         };
+        *point = PolarPoint { angle, limit };
     }
     Ok(())
 }

@@ -95,6 +95,15 @@ impl<T: Real> Receptance<T> {
         u.scale(e.0) + v.scale(e.1)
     }
 
+    /// Largest magnitude of the four, m/N.
+    pub fn largest(&self) -> T {
+        self.resp_u_exc_u
+            .abs()
+            .max(self.resp_u_exc_v.abs())
+            .max(self.resp_v_exc_u.abs())
+            .max(self.resp_v_exc_v.abs())
+    }
+
     /// All four are finite.
     pub fn is_finite(&self) -> bool {
         self.resp_u_exc_u.is_finite()
