@@ -118,7 +118,10 @@ pub fn compliances(steps: &[LoadStep]) -> Result<Vec<Compliance>, ElsModelError>
         let load = here.iter().map(|s| s.load_n).sum::<f64>() / n;
         let moved = here.iter().map(|s| s.deflection_m).sum::<f64>() / n;
         let sff: f64 = here.iter().map(|s| (s.load_n - load).powi(2)).sum();
-        check(sff > 0.0, "load steps of a direction (two different loads)")?;
+        check(
+            sff > 0.0,
+            "number of different loads in a direction (at least 2)",
+        )?;
         let m_per_n = here
             .iter()
             .map(|s| (s.load_n - load) * (s.deflection_m - moved))
@@ -136,7 +139,10 @@ pub fn compliances(steps: &[LoadStep]) -> Result<Vec<Compliance>, ElsModelError>
             sd_m_per_n: 0.0,
         });
     }
-    check(spare > 0.0, "load steps (three loads in a direction)")?;
+    check(
+        spare > 0.0,
+        "number of loads in a direction (at least 3 in one)",
+    )?;
     for (c, sff) in out.iter_mut().zip(spread) {
         c.sd_m_per_n = (squares / spare / sff).sqrt();
     }
@@ -165,7 +171,7 @@ pub fn fit_joints(
     let mut x = DVector::zeros(unknowns.len());
     let mut r = residuals(&x)?;
     let (mut damping, mut rounds) = (1e-2, 0);
-    let mut jacobian = slopes(&x, &r, &residuals)?;
+    let mut jacobian = slopes(&x, &residuals)?;
     'search: while rounds < 60 {
         rounds += 1;
         let normal = jacobian.transpose() * &jacobian;
@@ -185,7 +191,7 @@ pub fn fit_joints(
             {
                 let gained = 1.0 - next.norm_squared() / r.norm_squared();
                 (x, r) = (trial, next);
-                jacobian = slopes(&x, &r, &residuals)?;
+                jacobian = slopes(&x, &residuals)?;
                 damping = (damping / 10.0_f64).max(1e-9);
                 if gained < 1e-10 {
                     break 'search;
@@ -198,18 +204,18 @@ pub fn fit_joints(
             }
         }
     }
-    let normal = jacobian.transpose() * &jacobian;
-    let undetermined = |free| ElsModelError::Singular { free };
-    let covariance = normal
-        .try_inverse()
-        .filter(|c| c.iter().all(|v| v.is_finite()))
-        .ok_or(undetermined(1))?;
     let spare = (r.len() - unknowns.len()) as f64;
     let misfit = (r.norm_squared() / spare).sqrt();
-    let sd = |i: usize| covariance[(i, i)].max(0.0).sqrt() * misfit.max(1.0);
-    let weak = (0..unknowns.len()).filter(|&i| !(sd(i) < 1.0)).count();
-    if weak > 0 {
-        return Err(undetermined(weak));
+    // By singular values: the inverse of a normal matrix hides what is not determined.
+    let singular = jacobian.svd(false, true);
+    let turned = singular.v_t.ok_or(ElsModelError::Singular { free: 1 })?;
+    let sd = |i: usize| {
+        let parts = turned.column(i).component_div(&singular.singular_values);
+        parts.norm() * misfit.max(1.0)
+    };
+    let free = (0..unknowns.len()).filter(|&i| !(sd(i) < 1.0)).count();
+    if free > 0 {
+        return Err(ElsModelError::Singular { free });
     }
     let config = changed(start, unknowns, &x)?;
     let found = unknowns
@@ -232,20 +238,23 @@ pub fn fit_joints(
     })
 }
 
-/// Differences of the residuals for a small change of each logarithm.
+/// Central differences of the residuals by each logarithm.
 fn slopes(
     x: &DVector<f64>,
-    r: &DVector<f64>,
     residuals: &impl Fn(&DVector<f64>) -> Result<DVector<f64>, ElsModelError>,
 ) -> Result<DMatrix<f64>, ElsModelError> {
-    const STEP: f64 = 1e-4;
-    let mut out = DMatrix::zeros(r.len(), x.len());
-    for i in 0..x.len() {
-        let mut moved = x.clone();
-        moved[i] += STEP;
-        out.set_column(i, &((residuals(&moved)? - r) / STEP));
-    }
-    Ok(out)
+    const STEP: f64 = 1e-3;
+    let columns = (0..x.len())
+        .map(|i| {
+            let at = |step: f64| {
+                let mut moved = x.clone();
+                moved[i] += step;
+                residuals(&moved)
+            };
+            Ok((at(STEP)? - at(-STEP)?) / (2.0 * STEP))
+        })
+        .collect::<Result<Vec<_>, ElsModelError>>()?;
+    Ok(DMatrix::from_columns(&columns))
 }
 
 fn residuals(

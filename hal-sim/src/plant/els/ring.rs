@@ -131,7 +131,10 @@ mod tests {
         let k = ring(4, 9e7, 7.5e7).tensor();
         assert!((k[(0, 0)] / 9e7 - 1.0).abs() < 1e-12 && (k[(1, 1)] / 7.5e7 - 1.0).abs() < 1e-12);
         let e = ring(4, 9e7, 7.5e7).radial;
-        assert!((e.at(0.0) - 9e7).abs() < 1e-3 && (e.at(1.570_796_327) - 7.5e7).abs() < 1e-3);
+        assert!(
+            (e.at(0.0) - 9e7).abs() < 1e-3
+                && (e.at(core::f64::consts::FRAC_PI_2) - 7.5e7).abs() < 1e-3
+        );
         let three = Ring {
             first_rad: 0.2,
             ..ring(3, 9e7, 7.5e7)
