@@ -1,7 +1,11 @@
 //! The command line.
 
+mod els;
 mod virtual_machine;
 
+pub use els::{
+    CutArgs, ElsCommand, ElsFitArgs, ElsHammerArgs, ElsLimitArgs, ElsModelArgs, OutArgs,
+};
 pub use virtual_machine::{ChooseOrderArgs, LobesArgs, SimulateArgs, SweepArgs};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -46,6 +50,10 @@ pub enum Command {
     ChooseOrder(ChooseOrderArgs),
     /// One virtual cut at many depths: true damping, what is read, and the surface.
     Sweep(SweepArgs),
+    /// The elastic linked system: receptances in any direction, limits all round, the
+    /// computational model.
+    #[command(subcommand)]
+    Els(ElsCommand),
     /// Let the virtual machine tool cut into chatter and monitor it through the
     /// simulated hardware.
     Demo(DemoArgs),

@@ -14,6 +14,7 @@ pub mod args;
 pub mod collect;
 pub mod commands;
 pub mod ear;
+pub mod els;
 pub mod failure;
 pub mod input;
 pub mod record;

@@ -5,6 +5,7 @@
 
 pub mod condition;
 pub mod decide;
+pub mod els;
 pub mod estimate;
 pub mod monitor;
 mod order;

@@ -11,6 +11,7 @@
 //!   their way;
 //! * [`stability`] limits in closed form, [`growth`] limits from the simulation,
 //!   [`delay`] limits and operational damping by semi-discretisation;
+//! * [`els`] tool, holder and spindle as beams, joints and bearings, the elastic link;
 //! * [`surface`] what the cut leaves on the workpiece;
 //! * [`resample`], [`sound`] and [`converter`] what a microphone makes of it,
 //!   [`cut`] a whole scenario
@@ -20,6 +21,7 @@ mod condition;
 pub mod converter;
 pub mod cut;
 pub mod delay;
+pub mod els;
 pub mod error;
 pub mod growth;
 mod linalg;

@@ -3,6 +3,7 @@
 mod channel;
 mod choose_order;
 mod demo;
+mod els;
 mod estimators;
 mod identify;
 mod lines;
@@ -45,6 +46,7 @@ pub fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Simulate(args) => simulate::main(args),
         Command::ChooseOrder(args) => choose_order::main(args),
         Command::Sweep(args) => sweep::main(args),
+        Command::Els(command) => els::main(command),
         Command::Demo(args) => demo::main(args),
     }
 }

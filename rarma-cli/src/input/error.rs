@@ -47,6 +47,10 @@ pub enum Problem {
     Silence,
     /// The signal ran into the end of the converter's range.
     Clipped,
+    /// Frequencies that do not rise, or differ between functions that belong together.
+    Grid,
+    /// Units that are unknown, or contradict each other.
+    Units,
 }
 
 /// One line: `<file>: <place>: <what> (<what to do>)`.

@@ -13,7 +13,9 @@
 
 mod error;
 mod health;
+mod load_steps;
 mod raw;
+mod receptance;
 mod structure;
 mod table;
 mod time;
@@ -21,6 +23,8 @@ mod wav;
 
 pub use error::{InputError, Problem};
 pub use health::check;
+pub use load_steps::read_load_steps;
+pub use receptance::{Function, Plane, Role, merge, read_receptances, write_uff};
 pub use structure::read as read_structure;
 
 use std::fs;

@@ -24,6 +24,7 @@ mod colours;
 mod modes;
 mod multiples;
 mod panel;
+pub mod polar;
 mod scene;
 mod signal;
 mod tables;

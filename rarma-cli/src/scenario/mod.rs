@@ -3,6 +3,8 @@
 //! Units are in the names, as a machinist says them; the plants get SI. What is
 //! wrong with a file is said in one line: file, line, field, what is allowed.
 
+mod els;
+mod els_parts;
 mod listen;
 mod process;
 mod reader;
@@ -10,6 +12,7 @@ mod shared;
 mod turning;
 mod value;
 
+pub use els::{ElsScenario, SHIPPED_ELS, els_schema, load_els, parse_els};
 pub use listen::BoxHints;
 
 use crate::failure::Failure;

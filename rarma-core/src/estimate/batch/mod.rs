@@ -76,6 +76,7 @@ pub use regression::{covariance, instrumental_variables, modified_covariance};
 pub use series::mean;
 pub use subspace::esprit;
 pub use tones::{Tone, ToneFit, tones};
+pub(crate) use triangle::Triangle;
 pub use whiteness::Whiteness;
 
 /// Longest autoregression that stands in for an ARMA model at a start.

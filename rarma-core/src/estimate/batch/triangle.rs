@@ -9,7 +9,7 @@ use crate::real::Real;
 
 /// Equations x·θ ≈ b for n ≤ N unknowns, in triangular form.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Triangle<T, const N: usize> {
+pub(crate) struct Triangle<T, const N: usize> {
     /// Row i holds R(i, i..).
     r: [[T; N]; N],
     /// Right-hand side after the rotations.

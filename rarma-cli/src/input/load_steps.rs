@@ -1,0 +1,70 @@
+//! Load steps of a loaded ball bar: a table `angle_deg,load_n,deflection_um`.
+
+use super::table::{Dialect, hole, not_a_number};
+use super::{InputError, Problem};
+use hal_sim::plant::els::fit::LoadStep;
+use std::fs;
+use std::path::Path;
+
+const NAMES: [&str; 3] = ["angle_deg", "load_n", "deflection_um"];
+
+/// Reads the load steps at `path`. Deflection is counted along the load; its zero does not
+/// matter.
+///
+/// # Errors
+/// The file cannot be read, has other columns, or a line that is no three numbers.
+pub fn read_load_steps(path: &Path) -> Result<Vec<LoadStep>, InputError> {
+    let load = || {
+        let bytes = fs::read(path).map_err(|e| InputError::from_io(&e))?;
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        parse(&text)
+    };
+    load().map_err(|e| e.in_file(path))
+}
+
+fn parse(text: &str) -> Result<Vec<LoadStep>, InputError> {
+    let mut lines = text
+        .lines()
+        .enumerate()
+        .map(|(i, l)| (i + 1, l.trim()))
+        .filter(|(_, l)| !l.is_empty() && !l.starts_with('#'));
+    let (number, head) = lines.next().unwrap_or((1, ""));
+    let dialect = Dialect::of(head);
+    let names: Vec<&str> = head.split(dialect.separator).map(str::trim).collect();
+    if names != NAMES {
+        return Err(InputError::new(
+            Problem::Header,
+            format!("line {number}"),
+            "the columns are not angle_deg, load_n, deflection_um",
+            "name them so, in these units",
+        ));
+    }
+    let mut out = Vec::new();
+    for (number, line) in lines {
+        let fields: Vec<&str> = line.split(dialect.separator).map(str::trim).collect();
+        let mut values = [0.0; 3];
+        for (k, v) in values.iter_mut().enumerate() {
+            *v = match fields.get(k) {
+                None | Some(&"") => return Err(hole(number, k + 1)),
+                Some(field) => dialect
+                    .number(field)
+                    .filter(|x| x.is_finite())
+                    .ok_or_else(|| not_a_number(number, k + 1, field))?,
+            };
+        }
+        out.push(LoadStep {
+            angle_rad: values[0].to_radians(),
+            load_n: values[1],
+            deflection_m: 1e-6 * values[2],
+        });
+    }
+    if out.is_empty() {
+        return Err(InputError::new(
+            Problem::NoSamples,
+            "data",
+            "there is no line with numbers",
+            "check that these are the load steps",
+        ));
+    }
+    Ok(out)
+}

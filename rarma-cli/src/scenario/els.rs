@@ -1,0 +1,240 @@
+//! Systems of `rarma els`: TOML files beside the scenarios, read the same way.
+
+use super::els_parts::{cut, link, ring, segment};
+use super::reader::{Allowed, Refusal, Section, Text, unknown};
+use super::shared::{MM, N_PER_UM};
+use crate::failure::Failure;
+use hal_sim::plant::els::beam::Theory;
+use hal_sim::plant::els::link::{Link, LinkLaw};
+use hal_sim::plant::els::{Clamping, ElsConfig};
+use rarma_core::els::CutConfig;
+use serde_json::{Value, json};
+use std::fs;
+use toml::de::DeTable;
+
+/// The shipped systems: name and text.
+pub const SHIPPED_ELS: [(&str, &str); 3] = [
+    (
+        "els-holder",
+        include_str!("../../scenarios/els-holder.toml"),
+    ),
+    (
+        "els-load-bar",
+        include_str!("../../scenarios/els-load-bar.toml"),
+    ),
+    (
+        "els-short-tool",
+        include_str!("../../scenarios/els-short-tool.toml"),
+    ),
+];
+
+/// A system and what is asked of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ElsScenario {
+    /// Its name.
+    pub name: String,
+    /// What it shows, in a line.
+    pub about: String,
+    /// The system.
+    pub config: ElsConfig,
+    /// Loads of the frequencies, N.
+    pub loads_n: Vec<f64>,
+    /// Loads of the deflections, N.
+    pub deflection_loads_n: Vec<f64>,
+    /// Place half-way up the holder, m from the tool joint.
+    pub middle_m: f64,
+    /// Modes shown.
+    pub modes: usize,
+    /// Top of the receptance, Hz.
+    pub top_hz: f64,
+    /// Cutting coefficients.
+    pub cut: CutConfig<f64>,
+    /// From the force to the chip thickness, rad.
+    pub chip_angle_rad: f64,
+}
+
+/// A system from a file, or a shipped one by name.
+///
+/// # Errors
+/// One line: file, line, field, what is allowed.
+pub fn load_els(name: &str) -> Result<ElsScenario, Failure> {
+    if let Some((_, text)) = SHIPPED_ELS.iter().find(|(n, _)| *n == name) {
+        return parse_els(name, text);
+    }
+    let text = fs::read_to_string(name).map_err(|why| {
+        let names: Vec<&str> = SHIPPED_ELS.iter().map(|(n, _)| *n).collect();
+        Failure::Input(format!(
+            "{name}: open: {} (a TOML file, or one of {})",
+            why.to_string().to_lowercase(),
+            names.join(", ")
+        ))
+    })?;
+    parse_els(name, &text)
+}
+
+/// A system from its text; `file` is what messages call it.
+///
+/// # Errors
+/// As [`load_els`].
+pub fn parse_els(file: &str, text: &str) -> Result<ElsScenario, Failure> {
+    let lines = Text(text);
+    let table = DeTable::parse(text).map_err(|why| {
+        let line = why.span().map_or(1, |span| lines.line(&span));
+        let what = why.message().lines().next().unwrap_or_default();
+        Failure::Input(format!("{file}: line {line}: not TOML: {what}"))
+    })?;
+    let refused =
+        |r: Refusal| Failure::Input(format!("{file}: line {}: {} {}", r.line, r.field, r.what));
+    if let Some(refusal) = unknown(lines, table.get_ref(), &els_schema()) {
+        return Err(refused(refusal));
+    }
+    let out = read(&mut Section::root(lines, table.get_ref())).map_err(refused)?;
+    out.config
+        .validate()
+        .map_err(|why| Failure::Input(format!("{file}: whole file: {why}")))?;
+    Ok(out)
+}
+
+/// JSON schema of a system's file, from the same calls that read it.
+pub fn els_schema() -> Value {
+    let mut root = Section::description();
+    // A description answers every question: there is nothing to refuse.
+    let _ = read(&mut root);
+    let mut schema = root.schema();
+    schema["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
+    schema["title"] = json!("System of rarma els");
+    schema
+}
+
+pub(super) const STIFFNESS: Allowed = Allowed::above(0.0, 1e6);
+const LOAD_N: Allowed = Allowed::within(0.0, 1e5);
+
+fn read(root: &mut Section<'_>) -> Result<ElsScenario, Refusal> {
+    let name = root.words("name", "Name of the system")?;
+    let about = root.words("about", "What it shows, in a line")?;
+    let holder = root.tables(
+        "holder",
+        "Tool and holder from the tool joint upward: round stretches",
+        segment,
+    )?;
+    let spindle = root.tables(
+        "spindle",
+        "Spindle from its nose upward; without it the holder's upper end is fixed",
+        segment,
+    )?;
+    let joints = root.tables(
+        "joint",
+        "Rings of springs between holder and spindle",
+        |s| {
+            let at = s.number(
+                "at_mm",
+                Allowed::within(0.0, 2000.0),
+                None,
+                "Place on the holder from the tool joint, mm",
+            )?;
+            let on = s.number(
+                "spindle_at_mm",
+                Allowed::within(0.0, 2000.0),
+                None,
+                "Place on the spindle from its nose, mm",
+            )?;
+            Ok((at * MM, on * MM, ring(s)?))
+        },
+    )?;
+    let bearings = root.tables("bearing", "Bearings of the spindle", |s| {
+        let at = s.number(
+            "at_mm",
+            Allowed::within(0.0, 2000.0),
+            None,
+            "Place on the spindle from its nose, mm",
+        )?;
+        Ok((at * MM, ring(s)?))
+    })?;
+    let link = root.table("link", "Elastic link at the tool joint", link)?;
+    let tool_joint = root.number(
+        "tool_joint_n_per_um",
+        STIFFNESS,
+        Some(1e6),
+        "Stiffness of the tool joint itself, N/µm",
+    )?;
+    let slender = root.flag("slender", false, "Beams without shear and rotary inertia")?;
+    let loads_n = root.numbers("loads_n", LOAD_N, "Loads of the frequencies, N")?;
+    let deflection_loads_n =
+        root.numbers("deflection_loads_n", LOAD_N, "Loads of the deflections, N")?;
+    let length_m: f64 = holder.iter().map(|s| s.length_m).sum();
+    let middle = root.number(
+        "middle_mm",
+        Allowed::within(0.0, 2000.0),
+        Some(0.0),
+        "Place on the holder whose deflection is shown, mm from the tool joint; 0: half-way",
+    )?;
+    let modes = root.whole("modes", (1, 40), Some(6), "Modes shown")?;
+    let top_hz = root.number(
+        "top_hz",
+        Allowed::within(100.0, 50_000.0),
+        Some(4000.0),
+        "Top of the receptance, Hz",
+    )?;
+    let cut = root.table("cut", "What is cut", cut)?;
+    if !root.describes() {
+        for (list, field) in [
+            (holder.is_empty(), "holder"),
+            (loads_n.is_empty(), "loads_n"),
+        ] {
+            if list {
+                return Err(root.refuse(field, "is missing (allowed: at least one)"));
+            }
+        }
+        if spindle.is_empty() && !(joints.is_empty() && bearings.is_empty()) {
+            return Err(root.refuse(
+                "spindle",
+                "is missing (allowed: at least one table [[spindle]] beside joint or bearing)",
+            ));
+        }
+    }
+    let clamping = if spindle.is_empty() {
+        Clamping::Fixed
+    } else {
+        Clamping::Spindle {
+            segments: spindle,
+            joints,
+            bearings,
+        }
+    };
+    let (cut, chip_angle_rad) = cut.unwrap_or((CutConfig::orthogonal(2e9), 0.0));
+    Ok(ElsScenario {
+        name,
+        about,
+        config: ElsConfig {
+            holder,
+            clamping,
+            link: link.unwrap_or(Link {
+                law: LinkLaw::Constant(0.0),
+                across: 0.0,
+                angle_rad: 0.0,
+                loss: 0.0,
+            }),
+            tool_joint_n_per_m: tool_joint * N_PER_UM,
+            theory: if slender {
+                Theory::EulerBernoulli
+            } else {
+                Theory::Timoshenko
+            },
+        },
+        deflection_loads_n: if deflection_loads_n.is_empty() {
+            loads_n.iter().copied().filter(|n| *n > 0.0).collect()
+        } else {
+            deflection_loads_n
+        },
+        loads_n,
+        middle_m: if middle > 0.0 {
+            middle * MM
+        } else {
+            0.5 * length_m
+        },
+        modes: modes as usize,
+        top_hz,
+        cut,
+        chip_angle_rad,
+    })
+}
