@@ -9,9 +9,13 @@ pub mod app;
 pub mod bits;
 pub mod board;
 pub mod boards;
+pub mod current_loop;
+pub mod last_words;
 pub mod link;
 pub mod monitor;
 pub mod notices;
 
 pub use app::{App, Outcome};
-pub use board::{Block, Board, BoardError, BoardErrorKind, Clock, Parts, SampleSource};
+pub use board::{Block, Board, BoardError, BoardErrorKind, BoxBoard, Clock, Parts, SampleSource};
+pub use current_loop::CurrentLoop;
+pub use last_words::last_words;

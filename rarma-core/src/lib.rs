@@ -3,9 +3,11 @@
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
+pub mod cers;
 pub mod condition;
 pub mod decide;
 pub mod estimate;
+pub mod guard;
 pub mod monitor;
 mod order;
 pub mod real;
