@@ -11,6 +11,7 @@ pub mod guard;
 pub mod monitor;
 mod order;
 pub mod real;
+pub mod settings;
 pub mod spectrum;
 mod ud;
 pub mod wire;

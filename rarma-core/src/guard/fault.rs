@@ -52,11 +52,13 @@ pub enum Class {
     Listening,
     /// Any mode that owns outputs.
     Outputs,
+    /// Any mode that owns outputs; elsewhere the host is told.
+    Timing,
     /// CERS only; elsewhere the part is not in use.
     Cers,
     /// LDBB only; elsewhere the part is not in use.
     Ldbb,
-    /// Every mode: the box goes to Safe.
+    /// Every mode: nothing can be armed until it is cleared. Listening goes on.
     All,
     /// Told after a reset; the reset has switched everything off.
     Past,
@@ -70,13 +72,13 @@ faults! {
     /// No heartbeat of the host for longer than the setting; value: silence, s.
     HeartbeatLost = 3, "heartbeat-lost", "s", Outputs;
     /// A duty did not check in within its deadline; place: the duty; value: age, s.
-    DeadlineMissed = 4, "deadline-missed", "s", Outputs;
+    DeadlineMissed = 4, "deadline-missed", "s", Timing;
     /// The current loop ran without a fresh order and let go; value: periods.
     OrderStale = 5, "order-stale", "periods", Outputs;
     /// The current loop does not run.
     LoopSilent = 6, "loop-silent", "s", Cers;
     /// A number that reached a limit check was NaN or infinite.
-    NotFinite = 7, "not-finite", "1", Outputs;
+    NotFinite = 7, "not-finite", "1", Timing;
     /// The output gate did not do what it was told.
     Gate = 8, "gate", "1", All;
     /// Supply of the power stage too low; value: V.
@@ -188,11 +190,11 @@ impl FaultCode {
     pub const fn severity(self, mode: Mode) -> Severity {
         match (self.class(), mode) {
             (Class::All, _)
-            | (Class::Outputs, Mode::Cers | Mode::Ldbb)
+            | (Class::Outputs | Class::Timing, Mode::Cers | Mode::Ldbb)
             | (Class::Cers, Mode::Cers)
             | (Class::Ldbb, Mode::Ldbb)
             | (Class::Past, _) => Severity::Trip,
-            (Class::Listening, _) => Severity::Notice,
+            (Class::Listening | Class::Timing, _) => Severity::Notice,
             _ => Severity::Unused,
         }
     }
