@@ -233,7 +233,7 @@ fn ready(all: &SensorBox, mode: Mode) -> Result<(), Refused> {
     }
 }
 
-fn identity<B: BoxBoard>(all: &SensorBox) -> Identity {
+pub(crate) fn identity<B: BoxBoard>(all: &SensorBox) -> Identity {
     // Names are the program's own and short; one that is too long would be cut to nothing.
     Identity {
         board: B::NAME.try_into().unwrap_or_default(),

@@ -51,6 +51,8 @@ pub struct Listening {
     last_pulse: Option<Pulse>,
     pulse_us: u64,
     spindle_hz: Option<f32>,
+    /// The lower of the last two intervals' speeds: one pulse too many is no overspeed.
+    sure_hz: Option<f32>,
     rhythm: InARow,
     noisy: Option<f32>,
 }
@@ -100,6 +102,7 @@ impl Listening {
             last_pulse: None,
             pulse_us: 0,
             spindle_hz: None,
+            sure_hz: None,
             rhythm: InARow::default(),
             noisy: None,
         }
@@ -254,6 +257,7 @@ impl Listening {
             let interval = whole - pulse.before + last.before;
             let hz = self.fs_hz as f32 / interval.max(1.0);
             let before = self.spindle_hz.replace(hz).unwrap_or(hz);
+            self.sure_hz = Some(hz.min(before));
             let off = (hz - before).abs() > RHYTHM * before;
             if self.rhythm.bad(off, NOISY_PULSES) {
                 self.noisy = Some(hz);
@@ -265,12 +269,13 @@ impl Listening {
 
     /// Pulses a second, and how long the last one is ago, µs.
     pub fn pulses(&self, now_us: u64) -> (Option<f32>, u64) {
-        (self.spindle_hz, now_us.saturating_sub(self.pulse_us))
+        (self.sure_hz, now_us.saturating_sub(self.pulse_us))
     }
 
     /// The tacho has fallen silent: its speed means nothing any more.
     pub fn forget_tacho(&mut self) {
         self.spindle_hz = None;
+        self.sure_hz = None;
         self.last_pulse = None;
     }
 

@@ -52,6 +52,7 @@ pub struct SensorBox {
     next_health_us: u64,
     state: RigState,
     sensors_lost: InARow,
+    dropped_told: u32,
     alive: bool,
 }
 
@@ -80,6 +81,7 @@ impl SensorBox {
             next_health_us: now_us,
             state: RigState::default(),
             sensors_lost: InARow::default(),
+            dropped_told: 0,
             alive: false,
             loop_hz: B::LOOP_RATE_HZ,
             sample_hz: B::SAMPLE_RATE_HZ,
@@ -87,6 +89,8 @@ impl SensorBox {
             started,
             before,
         };
+        let hello = crate::commands::identity::<B>(&this);
+        this.tell.tell(board, &Telemetry::Hello(hello));
         if let Some(record) = past {
             this.tell.fault(board, record, Severity::Trip, Mode::Safe);
         }
@@ -373,6 +377,7 @@ impl SensorBox {
             self.next_status_us =
                 next(now_us, self.next_status_us, self.settings.real(TELL_STATUS));
             self.tell_status(board, now_us);
+            self.tell_dropped(board, now_us);
             self.alive = !self.alive;
             let energised = board.energised();
             board.lights(Lights {
@@ -386,6 +391,18 @@ impl SensorBox {
                 next(now_us, self.next_health_us, self.settings.real(TELL_HEALTH));
             let health = self.health(now_us);
             self.tell.tell(board, &Telemetry::Health(health));
+        }
+    }
+
+    /// The link takes frames again after it had not.
+    fn tell_dropped<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) {
+        let dropped = self.tell.dropped();
+        if dropped != self.dropped_told {
+            let lost = dropped.wrapping_sub(self.dropped_told);
+            self.fault(board, FaultCode::LinkBlocked, 0, lost as f32, now_us);
+            if self.tell.dropped() == dropped {
+                self.dropped_told = dropped;
+            }
         }
     }
 

@@ -96,7 +96,8 @@ impl Collector {
             | Telemetry::Fault(_)
             | Telemetry::Status(_)
             | Telemetry::Health(_)
-            | Telemetry::Raw(_) => {}
+            | Telemetry::Raw(_)
+            | Telemetry::Hello(_) => {}
         }
         News::None
     }

@@ -323,7 +323,7 @@ impl SimRig {
             y = (40.0 * y).clamp(-1.0, 1.0);
         }
         if self.stands(FaultKind::MicNoisy).is_some() {
-            y = (0.7 * self.plant.normal() as f32).clamp(-1.0, 1.0);
+            y = 0.98 * (2.0 * self.plant.any() as f32 - 1.0);
         }
         if self.stands(FaultKind::MicNan).is_some() {
             return f32::NAN;

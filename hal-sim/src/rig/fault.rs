@@ -33,7 +33,7 @@ macro_rules! catalogue {
 catalogue! {
     /// the microphone's value stays where it is
     MicStuck = "mic-stuck";
-    /// white noise at full scale on the microphone
+    /// white noise up to 98 % of full scale on the microphone
     MicNoisy = "mic-noisy";
     /// the microphone's gain is 40 times too high
     MicClipped = "mic-clipped";
@@ -105,7 +105,7 @@ catalogue! {
     LinkFlood = "link-flood";
     /// the host takes no bytes
     LinkBlocked = "link-blocked";
-    /// half of the bytes are dropped, doubled or changed
+    /// 3 % of the bytes are dropped, doubled or changed, both ways
     LinkNoisy = "link-noisy";
     /// the host sends no heartbeats
     HeartbeatLost = "heartbeat-lost";

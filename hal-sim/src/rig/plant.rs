@@ -232,9 +232,4 @@ impl Plant {
     pub fn any(&mut self) -> f64 {
         self.rng.random()
     }
-
-    /// A normal number.
-    pub fn normal(&mut self) -> f64 {
-        StandardNormal.sample(&mut self.rng)
-    }
 }

@@ -41,8 +41,8 @@ impl SimBox {
         sequence
     }
 
-    /// One pass of the main loop and the sleep after it, and the host beside it.
-    pub fn step(&mut self) {
+    /// [`Self::step`], and the bytes that came to the host in it.
+    pub fn step_and_take(&mut self) -> Vec<u8> {
         let now_us = self.rig.world_us();
         if self.rig.stands(FaultKind::HeartbeatLost).is_none()
             && let Some(bytes) = self.host.heartbeat(now_us)
@@ -51,9 +51,9 @@ impl SimBox {
         }
         let noisy = self.rig.stands(FaultKind::LinkNoisy).is_some();
         self.rig.link.burst = noisy.then_some(Noise {
-            drop: 0.17,
-            double: 0.17,
-            change: 0.17,
+            drop: 0.01,
+            double: 0.01,
+            change: 0.01,
         });
         self.app.poll(&mut self.rig);
         self.exceptions();
@@ -63,6 +63,12 @@ impl SimBox {
         }
         let bytes = self.rig.link.host_takes();
         self.host.hears(self.rig.world_us(), &bytes);
+        bytes
+    }
+
+    /// One pass of the main loop and the sleep after it, and the host beside it.
+    pub fn step(&mut self) {
+        self.step_and_take();
     }
 
     /// Runs until a world time, µs.

@@ -2,6 +2,8 @@
 
 mod channel;
 mod choose_order;
+mod connect;
+mod decode;
 mod demo;
 mod estimators;
 mod identify;
@@ -12,6 +14,7 @@ mod order;
 mod pair;
 mod process;
 mod psd;
+mod sensor_box;
 mod show;
 mod simulate;
 mod sweep;
@@ -45,6 +48,9 @@ pub fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Simulate(args) => simulate::main(args),
         Command::ChooseOrder(args) => choose_order::main(args),
         Command::Sweep(args) => sweep::main(args),
+        Command::Box(args) => sensor_box::main(args),
+        Command::Decode(args) => decode::main(args),
+        Command::Connect(args) => connect::main(args),
         Command::Demo(args) => demo::main(args),
     }
 }

@@ -3,6 +3,7 @@
 //! Units are in the names, as a machinist says them; the plants get SI. What is
 //! wrong with a file is said in one line: file, line, field, what is allowed.
 
+mod at_work;
 mod listen;
 mod process;
 mod reader;
@@ -10,6 +11,7 @@ mod shared;
 mod turning;
 mod value;
 
+pub use at_work::{AtWork, BOX_SHIPPED, box_schema, load_box, parse_box};
 pub use listen::BoxHints;
 
 use crate::failure::Failure;

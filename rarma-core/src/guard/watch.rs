@@ -75,13 +75,13 @@ pub enum Disobedience {
 /// A pressure that should follow its set point like a first-order lag.
 ///
 /// expected' = (set − expected)/τ. When the measured pressure is further off than the
-/// tolerance for the settling time, the movements of the two over the last two settling
-/// times tell which it is.
+/// tolerance for the settling time, the movements of the two since they parted tell which
+/// it is.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Follows {
     expected: f32,
-    slow_expected: f32,
-    slow_measured: f32,
+    /// Expected and measured when they parted.
+    parted: (f32, f32),
     off: InARow,
     started: bool,
 }
@@ -91,8 +91,7 @@ impl Follows {
     pub fn reset(&mut self, measured: f32) {
         *self = Self {
             expected: measured,
-            slow_expected: measured,
-            slow_measured: measured,
+            parted: (measured, measured),
             off: InARow::default(),
             started: true,
         };
@@ -112,16 +111,17 @@ impl Follows {
             self.reset(measured);
         }
         self.expected += (DT_S / (lag_s + DT_S)) * (set - self.expected);
-        let slow = DT_S / (2.0 * settle_s + DT_S);
-        self.slow_expected += slow * (self.expected - self.slow_expected);
-        self.slow_measured += slow * (measured - self.slow_measured);
         let short = self.expected - measured;
+        let off = !(short.abs() <= tolerance);
+        if !off {
+            self.parted = (self.expected, measured);
+        }
         let limit = (settle_s / DT_S) as u32;
-        if !self.off.bad(!(short.abs() <= tolerance), limit.max(1)) {
+        if !self.off.bad(off, limit.max(1)) {
             return None;
         }
-        let wanted = (self.expected - self.slow_expected).abs();
-        let moved = (measured - self.slow_measured).abs();
+        let wanted = (self.expected - self.parted.0).abs();
+        let moved = (measured - self.parted.1).abs();
         Some(if moved < 0.2 * wanted {
             Disobedience::Stuck
         } else if short > 0.0 {

@@ -6,7 +6,7 @@ use crate::monitor::{
     AmplitudeReport, MAX_MODES, MonitorConfig, Report, SpeedSource, SpindleReport,
 };
 use crate::real::Real;
-use crate::wire::command::{FaultMessage, Health, Raw, Reply, Status};
+use crate::wire::command::{FaultMessage, Health, Identity, Raw, Reply, Status};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -55,6 +55,8 @@ pub enum Telemetry {
     Health(Health),
     /// Raw samples, while a stream is asked for.
     Raw(Raw),
+    /// The box has just started: who it is, and why it started.
+    Hello(Identity),
 }
 
 /// The verdict at one instant.
