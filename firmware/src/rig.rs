@@ -279,8 +279,15 @@ impl RigDuty {
         ran
     }
 
-    /// The coils as the watch wants them.
+    /// The coils as the watch wants them. With switches open there is no current, whatever a
+    /// sensor without a zero says.
     pub fn coils(&self) -> RigCoils {
+        if !self.report.regulating {
+            return RigCoils {
+                ms: 1.0,
+                ..RigCoils::default()
+            };
+        }
         RigCoils {
             current_a: self.report.current_a,
             square_a2: self.report.square_a2,

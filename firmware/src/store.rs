@@ -19,6 +19,11 @@ use sequential_storage::Error;
 use sequential_storage::cache::Cache;
 use sequential_storage::map::{MapConfig, MapStorage};
 
+/// Number of the record that says that this store is one, and what it holds. Without it the
+/// range holds nothing, or something else.
+const FORMAT_KEY: u16 = 0;
+const FORMAT: &[u8] = b"RAF1";
+
 /// Largest key and record, in whole words of any flash.
 const BUFFER_BYTES: usize = 64;
 
@@ -154,8 +159,15 @@ pub fn write<F: NorFlash>(
 
 /// Reads every stored setting into `settings`. What cannot be used leaves its default;
 /// records of numbers that are not in the table are left alone.
+///
+/// A range that is no store becomes one; that it was not empty is told as `lost`.
 pub fn load<F: NorFlash>(flash: &mut F, range: Range<u32>, settings: &mut Settings) -> Loaded {
     let mut loaded = Loaded::default();
+    if !is_store(flash, range.clone()) {
+        loaded.lost = !is_blank(flash, range.clone());
+        lay_anew(flash, range);
+        return loaded;
+    }
     for setting in &SETTINGS {
         match read(flash, range.clone(), setting) {
             Ok(Ok(None)) => {}
@@ -172,14 +184,38 @@ pub fn load<F: NorFlash>(flash: &mut F, range: Range<u32>, settings: &mut Settin
             Err(_) => {
                 *settings = Settings::default();
                 loaded.lost = true;
-                if let Ok(mut map) = map(flash, range) {
-                    let _ = finish(map.erase_all());
-                }
+                lay_anew(flash, range);
                 return loaded;
             }
         }
     }
     loaded
+}
+
+fn is_store<F: NorFlash>(flash: &mut F, range: Range<u32>) -> bool {
+    let mut buffer = [0; BUFFER_BYTES];
+    let Ok(mut map) = map(flash, range) else {
+        return false;
+    };
+    let found = finish(map.fetch_item::<&[u8]>(&mut buffer, &FORMAT_KEY));
+    matches!(found, Some(Ok(Some(format))) if format == FORMAT)
+}
+
+fn is_blank<F: NorFlash>(flash: &mut F, range: Range<u32>) -> bool {
+    let mut bytes = [0; BUFFER_BYTES];
+    range
+        .step_by(BUFFER_BYTES)
+        .all(|at| flash.read(at, &mut bytes).is_ok() && bytes.iter().all(|byte| *byte == 0xFF))
+}
+
+/// Erases the range and makes it a store. If that fails, so does every save, and is told.
+fn lay_anew<F: NorFlash>(flash: &mut F, range: Range<u32>) {
+    if is_blank(flash, range.clone()) || flash.erase(range.start, range.end).is_ok() {
+        let mut buffer = [0; BUFFER_BYTES];
+        if let Ok(mut map) = map(flash, range) {
+            let _ = finish(map.store_item(&mut buffer, &FORMAT_KEY, &FORMAT));
+        }
+    }
 }
 
 /// [`load`] from a board.

@@ -8,13 +8,20 @@ use rarma_core::wire::{FaultMessage, MAX_FRAME, Telemetry, encode};
 /// The same fault at the same place is told again after this long, µs.
 const SAME_FAULT_US: u64 = 1_000_000;
 
+#[derive(Debug, Clone, Copy)]
+struct Told {
+    place: u8,
+    severity: Severity,
+    at_us: u64,
+}
+
 /// Says things to the host.
 #[derive(Debug)]
 pub struct Teller {
     sequence: u16,
     frames: u32,
     dropped: u32,
-    told: [Option<(u8, u64)>; FaultCode::ALL.len()],
+    told: [Option<Told>; FaultCode::ALL.len()],
 }
 
 impl Default for Teller {
@@ -45,7 +52,7 @@ impl Teller {
         sent
     }
 
-    /// Tells of a fault, unless the same one at the same place has just been told. A
+    /// Tells of a fault, unless the same one at the same place has just been told, as grave. A
     /// message the link did not take has not been told.
     pub fn fault<B: BoxBoard>(
         &mut self,
@@ -56,8 +63,10 @@ impl Teller {
     ) {
         let place = FaultCode::ALL.iter().position(|code| *code == record.code);
         let known = place.and_then(|k| self.told.get(k).copied().flatten());
-        let same = known.is_some_and(|(place, at)| {
-            place == record.place && record.at_us.saturating_sub(at) < SAME_FAULT_US
+        let same = known.is_some_and(|told| {
+            told.place == record.place
+                && told.severity >= severity
+                && record.at_us.saturating_sub(told.at_us) < SAME_FAULT_US
         });
         if same || severity == Severity::Unused {
             return;
@@ -70,7 +79,11 @@ impl Teller {
         if self.tell(board, &Telemetry::Fault(message))
             && let Some(told) = place.and_then(|k| self.told.get_mut(k))
         {
-            *told = Some((record.place, record.at_us));
+            *told = Some(Told {
+                place: record.place,
+                severity,
+                at_us: record.at_us,
+            });
         }
     }
 

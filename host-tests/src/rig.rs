@@ -90,6 +90,8 @@ pub struct Outcome {
     pub peak_a: f64,
     /// The box was reset.
     pub resets: u32,
+    /// Broken frames that its health messages tell of.
+    pub garbage: u32,
     /// Why it says it started anew.
     pub hello: Option<Started>,
 }
@@ -158,6 +160,11 @@ pub fn broken(mode: Mode, kind: FaultKind, place: usize, length_us: u64) -> (Out
             Telemetry::Hello(identity) if heard.at_us >= fault_us => Some(identity.started),
             _ => None,
         });
+    let garbage = all.host.heard.iter().map(|heard| match &heard.message {
+        Telemetry::Health(health) => health.garbage,
+        _ => 0,
+    });
+    let garbage = garbage.max().unwrap_or(0);
     let after = |at_us: u64| (at_us >= fault_us).then(|| at_us - fault_us);
     let outcome = Outcome {
         told,
@@ -169,6 +176,7 @@ pub fn broken(mode: Mode, kind: FaultKind, place: usize, length_us: u64) -> (Out
         peak_a,
         resets: all.resets,
         hello,
+        garbage,
     };
     (outcome, all)
 }

@@ -204,13 +204,13 @@ fn prop_counts(all: &SimBox, carried_out: &mut u64) {
 
 #[test]
 fn parser_takes_any_bytes() {
-    let runs = parser_for(20_000, None);
+    let runs = parser_for(200_000, None);
     println!("{runs} streams");
 }
 
 #[test]
 fn box_takes_any_bytes_and_switches_nothing_on() {
-    let (runs, commands) = box_for(1_500, None);
+    let (runs, commands) = box_for(20_000, None);
     println!("{runs} streams, {commands} commands answered");
 }
 

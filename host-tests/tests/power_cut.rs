@@ -23,6 +23,7 @@ fn other(setting: &Setting, rng: &mut ChaCha8Rng) -> SettingValue {
 fn used(rng: &mut ChaCha8Rng, writes: usize) -> (SimFlash, Settings) {
     let mut flash = SimFlash::default();
     let mut settings = Settings::default();
+    assert!(!store::load(&mut flash, RANGE, &mut settings).lost);
     for _ in 0..writes {
         let setting = SETTINGS.choose(rng).expect("settings");
         let value = other(setting, rng);
@@ -157,6 +158,7 @@ fn ten_thousand_random_cuts() {
 fn unknown_outdated_and_nonsense_records_leave_the_rest() {
     use firmware::store::write;
     let mut flash = SimFlash::default();
+    store::load(&mut flash, RANGE, &mut Settings::default());
     let threshold = &SETTINGS[8];
     write(&mut flash, RANGE, threshold, Some(SettingValue::Real(0.02))).expect("written");
     // A setting of a later version of the box, and one that meant something else.

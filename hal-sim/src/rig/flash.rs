@@ -18,7 +18,7 @@ pub enum FlashError {
     PowerLost,
     /// Outside the flash or off the grid.
     Range,
-    /// The word is not erased: its check bits cannot be written twice.
+    /// The word is not erased: its check bits cannot be written twice, except by zeros.
     NotErased,
     /// It is worn out.
     Worn,
@@ -151,11 +151,13 @@ impl NorFlash for SimFlash {
             return Err(FlashError::Worn);
         }
         let from = offset as usize;
-        if self.bytes[from..from + bytes.len()]
-            .iter()
-            .any(|b| *b != 0xFF)
-        {
-            return Err(FlashError::NotErased);
+        let (words, _) = bytes.as_chunks::<WORD>();
+        for (k, word) in words.iter().enumerate() {
+            let at = from + k * WORD;
+            let erased = self.bytes[at..at + WORD].iter().all(|b| *b == 0xFF);
+            if !erased && *word != [0; WORD] {
+                return Err(FlashError::NotErased);
+            }
         }
         for (k, &byte) in bytes.iter().enumerate() {
             if !self.touch(from + k, byte) {
