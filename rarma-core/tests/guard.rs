@@ -150,7 +150,8 @@ fn pressure_that_follows_is_let_be_and_one_that_does_not_is_named() {
     assert!((1500..1530).contains(&ms), "{ms}");
     let leak = |ms: usize, p: f32| if ms < 2000 { p } else { 0.6 * p };
     let (ms, what) = pressures(|_| 4e5, leak).expect("leak");
-    assert!((2499..2520).contains(&ms), "{ms}");
+    // 0.5 s of 1 ms steps, to the rounding of their quotient.
+    assert!((2498..2502).contains(&ms), "{ms}");
     assert!(matches!(what, Disobedience::Leak), "{what:?}");
     let over = |ms: usize, p: f32| p + (ms as f32 * 50.0).min(2e5);
     let (_, what) = pressures(|_| 2e5, over).expect("over");
