@@ -1,9 +1,9 @@
 //! Settings in flash: one record a setting, through `sequential-storage`.
 //!
 //! Slow path. That crate is asynchronous over `embedded-storage-async`; the flash of a
-//! microcontroller is not: a write or erase stalls the core, or is waited for. [`Ready`]
+//! microcontroller is not: a write or erase stalls the core, or is waited for. `Ready`
 //! puts the one over the other with futures that never wait, so that one poll of any
-//! of the crate's futures is its end ([`finish`]); there is no executor.
+//! of the crate's futures is its end (`finish`); there is no executor.
 
 use crate::board::BoxBoard;
 use core::future::Future;
