@@ -122,7 +122,8 @@ fn refusal(kind: BoardErrorKind) -> Refusal {
     match kind {
         BoardErrorKind::Source => Refusal::Source,
         BoardErrorKind::Channel => Refusal::Channel,
-        BoardErrorKind::SourceLost => Refusal::SourceLost,
         BoardErrorKind::Job => Refusal::Job,
+        // A source has no other failures than these.
+        _ => Refusal::SourceLost,
     }
 }

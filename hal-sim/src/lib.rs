@@ -4,6 +4,8 @@
 pub mod board;
 pub mod microphone;
 pub mod plant;
+pub mod rig;
 
 pub use board::{SimBoard, SimClock, SimLink};
 pub use microphone::{Microphone, MicrophoneFault};
+pub use rig::{SimBox, SimHost, SimRig};

@@ -16,6 +16,7 @@ pub mod modal_case;
 pub mod plain;
 pub mod process;
 pub mod resources;
+pub mod rig;
 pub mod signal;
 pub mod spindle_cut;
 pub mod statistics;

@@ -1,11 +1,13 @@
 //! The command line.
 
 mod els;
+mod sensor_box;
 mod virtual_machine;
 
 pub use els::{
     CutArgs, ElsCommand, ElsFitArgs, ElsHammerArgs, ElsLimitArgs, ElsModelArgs, OutArgs,
 };
+pub use sensor_box::{BoxArgs, ConnectArgs, DecodeArgs};
 pub use virtual_machine::{ChooseOrderArgs, LobesArgs, SimulateArgs, SweepArgs};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -21,7 +23,7 @@ pub struct Cli {
     pub command: Command,
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 done; 1 chatter was found (monitor, target); \
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 chatter was found (monitor, target, box) or outputs were switched off (box); \
 2 wrong usage; 3 bad input, with one line naming file, place and reason; \
 4 something else is missing or failed.";
 
@@ -54,6 +56,14 @@ pub enum Command {
     /// computational model.
     #[command(subcommand)]
     Els(ElsCommand),
+    /// Run the whole box, its firmware on simulated hardware.
+    ///
+    /// Exit code 1 if chatter was called or a fault switched outputs off.
+    Box(BoxArgs),
+    /// Decode frames of a box from a file, standard input, a serial port or a socket.
+    Decode(DecodeArgs),
+    /// Talk to a box: live view, commands, settings, records.
+    Connect(ConnectArgs),
     /// Let the virtual machine tool cut into chatter and monitor it through the
     /// simulated hardware.
     Demo(DemoArgs),

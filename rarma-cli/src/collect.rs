@@ -91,6 +91,13 @@ impl Collector {
                 t: message.sample as f64 / self.fs,
                 what: notice(&message.notice),
             }),
+            // What the whole box says beside its verdicts is nothing of a run's.
+            Telemetry::Reply(_)
+            | Telemetry::Fault(_)
+            | Telemetry::Status(_)
+            | Telemetry::Health(_)
+            | Telemetry::Raw(_)
+            | Telemetry::Hello(_) => {}
         }
         News::None
     }

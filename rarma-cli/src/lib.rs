@@ -16,10 +16,13 @@ pub mod commands;
 pub mod ear;
 pub mod els;
 pub mod failure;
+pub mod frames;
 pub mod input;
+pub mod port;
 pub mod record;
 pub mod report;
 pub mod scenario;
+pub mod speech;
 mod translate;
 pub mod truth;
 

@@ -3,13 +3,16 @@
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
+pub mod cers;
 pub mod condition;
 pub mod decide;
 pub mod els;
 pub mod estimate;
+pub mod guard;
 pub mod monitor;
 mod order;
 pub mod real;
+pub mod settings;
 pub mod spectrum;
 mod ud;
 pub mod wire;

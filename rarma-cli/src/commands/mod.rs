@@ -2,6 +2,8 @@
 
 mod channel;
 mod choose_order;
+mod connect;
+mod decode;
 mod demo;
 mod els;
 mod estimators;
@@ -13,6 +15,7 @@ mod order;
 mod pair;
 mod process;
 mod psd;
+mod sensor_box;
 mod show;
 mod simulate;
 mod sweep;
@@ -47,6 +50,9 @@ pub fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::ChooseOrder(args) => choose_order::main(args),
         Command::Sweep(args) => sweep::main(args),
         Command::Els(command) => els::main(command),
+        Command::Box(args) => sensor_box::main(args),
+        Command::Decode(args) => decode::main(args),
+        Command::Connect(args) => connect::main(args),
         Command::Demo(args) => demo::main(args),
     }
 }

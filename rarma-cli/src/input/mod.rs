@@ -10,8 +10,10 @@
 //! | `.wav`, `.wave` | PCM 8/16/24/32 bit, float 32/64 bit, any channel count | header, or [`ReadOptions::fs`] |
 //! | `.csv`, `.tsv`, `.txt` | `value`, or `time,value[,value…]` | time column, `# fs = 5000`, or [`ReadOptions::fs`] |
 //! | `.f32`, `.f64` | little-endian floats, one channel | [`ReadOptions::fs`] |
+//! | `.frames` | record of a box with raw samples | the record, or [`ReadOptions::fs`] |
 
 mod error;
+mod frames;
 mod health;
 mod load_steps;
 mod raw;
@@ -106,6 +108,7 @@ enum Format {
     Table,
     RawF32,
     RawF64,
+    Frames,
 }
 
 impl Format {
@@ -116,6 +119,7 @@ impl Format {
             "csv" | "tsv" | "txt" => Some(Self::Table),
             "f32" => Some(Self::RawF32),
             "f64" => Some(Self::RawF64),
+            "frames" => Some(Self::Frames),
             _ => None,
         }
     }
@@ -156,7 +160,7 @@ pub fn read(path: &Path, opts: &ReadOptions) -> Result<Recording, InputError> {
                 Some(e) => format!("unknown extension '.{}'", e.to_string_lossy()),
                 None => "no extension, so the format is unknown".into(),
             },
-            "use .wav, .csv, .f32 or .f64",
+            "use .wav, .csv, .f32, .f64 or .frames",
         ));
     };
     let bytes = fs::read(path).map_err(|e| InputError::from_io(&e).in_file(path))?;
@@ -193,6 +197,7 @@ fn decode(format: Format, bytes: &[u8], opts: &ReadOptions) -> Result<Decoded, I
         Format::Table => table::decode(bytes, opts),
         Format::RawF32 => raw::decode(bytes, opts, raw::Width::F32),
         Format::RawF64 => raw::decode(bytes, opts, raw::Width::F64),
+        Format::Frames => frames::decode(bytes, opts),
     }
 }
 

@@ -3,6 +3,7 @@
 //! Units are in the names, as a machinist says them; the plants get SI. What is
 //! wrong with a file is said in one line: file, line, field, what is allowed.
 
+mod at_work;
 mod els;
 mod els_parts;
 mod listen;
@@ -12,6 +13,7 @@ mod shared;
 mod turning;
 mod value;
 
+pub use at_work::{AtWork, BOX_SHIPPED, box_schema, load_box, parse_box};
 pub use els::{ElsScenario, SHIPPED_ELS, els_schema, load_els, parse_els};
 pub use listen::BoxHints;
 

@@ -16,7 +16,7 @@ use serde::de::DeserializeOwned;
 /// First two bytes of every frame.
 pub const MAGIC: [u8; 2] = *b"RA";
 /// Version of the messages; a receiver refuses any other by name.
-pub const VERSION: u8 = 2;
+pub const VERSION: u8 = 3;
 /// Longest frame on the wire, bytes, the closing zero included.
 pub const MAX_FRAME: usize = 320;
 /// Longest frame before it is stuffed.
@@ -78,10 +78,49 @@ pub fn encode<'a, M: Serialize>(
 /// See [`FrameError`]; the bytes are garbled, of another version or another kind.
 pub fn decode<M: DeserializeOwned>(stuffed: &[u8]) -> Result<(u16, M), FrameError> {
     let mut plain = [0u8; MAX_FRAME];
+    let content = unwrapped(stuffed, &mut plain)?;
+    if content[2] != VERSION {
+        return Err(FrameError::Version { found: content[2] });
+    }
+    let sequence = u16::from_le_bytes([content[3], content[4]]);
+    let message = postcard::from_bytes(&content[HEAD..]).map_err(|_| FrameError::Body)?;
+    Ok((sequence, message))
+}
+
+/// What can be told of a frame that is whole (its CRC matches), whatever its body is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Head {
+    /// Version of the messages.
+    pub version: u8,
+    /// Sequence number.
+    pub sequence: u16,
+    /// CRC of everything before it: tells a doubled frame from a new one.
+    pub crc: u16,
+}
+
+/// Reads the head of a frame without its closing zero.
+///
+/// # Errors
+/// The bytes are no whole frame of any version.
+pub fn head(stuffed: &[u8]) -> Result<Head, FrameError> {
+    let mut plain = [0u8; MAX_FRAME];
+    let content = unwrapped(stuffed, &mut plain)?;
+    match *content {
+        [_, _, version, low, high, ..] => Ok(Head {
+            version,
+            sequence: u16::from_le_bytes([low, high]),
+            crc: CRC.checksum(content),
+        }),
+        _ => Err(FrameError::TooShort),
+    }
+}
+
+/// Head and body of a whole frame, without its CRC.
+fn unwrapped<'a>(stuffed: &[u8], plain: &'a mut [u8; MAX_FRAME]) -> Result<&'a [u8], FrameError> {
     if stuffed.len() > MAX_FRAME {
         return Err(FrameError::TooLong);
     }
-    let n = cobs::decode(stuffed, &mut plain)
+    let n = cobs::decode(stuffed, plain)
         .map_err(|_| FrameError::Stuffing)?
         .frame_size();
     let plain = plain.get(..n).ok_or(FrameError::Stuffing)?;
@@ -95,12 +134,7 @@ pub fn decode<M: DeserializeOwned>(stuffed: &[u8]) -> Result<(u16, M), FrameErro
     if CRC.checksum(content).to_le_bytes() != crc {
         return Err(FrameError::Crc);
     }
-    if content[2] != VERSION {
-        return Err(FrameError::Version { found: content[2] });
-    }
-    let sequence = u16::from_le_bytes([content[3], content[4]]);
-    let message = postcard::from_bytes(&content[HEAD..]).map_err(|_| FrameError::Body)?;
-    Ok((sequence, message))
+    Ok(content)
 }
 
 /// Collects bytes from a link until a frame is complete.
@@ -125,6 +159,15 @@ impl Deframer {
     /// Takes one byte; at the end of a frame, gives what it held. A frame longer
     /// than [`MAX_FRAME`] is dropped as a whole and reported as too long.
     pub fn push<M: DeserializeOwned>(&mut self, byte: u8) -> Option<Result<(u16, M), FrameError>> {
+        self.collect(byte).map(|stuffed| decode(stuffed?))
+    }
+
+    /// Takes one byte; at the end of a frame, gives its bytes as they came, without the
+    /// closing zero.
+    ///
+    /// # Errors
+    /// Inside: the frame was longer than [`MAX_FRAME`].
+    pub fn collect(&mut self, byte: u8) -> Option<Result<&[u8], FrameError>> {
         if byte != 0 {
             match self.buffer.get_mut(self.used) {
                 Some(place) => {
@@ -144,7 +187,7 @@ impl Deframer {
         if used == 0 {
             return None;
         }
-        Some(decode(&self.buffer[..used]))
+        self.buffer.get(..used).map(Ok)
     }
 }
 

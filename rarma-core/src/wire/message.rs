@@ -6,6 +6,7 @@ use crate::monitor::{
     AmplitudeReport, MAX_MODES, MonitorConfig, Report, SpeedSource, SpindleReport,
 };
 use crate::real::Real;
+use crate::wire::command::{FaultMessage, Health, Identity, Raw, Reply, Status};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -44,6 +45,18 @@ pub enum Telemetry {
     Amplitude(HistogramMessage),
     /// Something is wrong with what is known of the spindle, sent at once.
     Notice(NoticeMessage),
+    /// The answer to a command.
+    Reply(Reply),
+    /// A fault, sent at once.
+    Fault(FaultMessage),
+    /// How things stand, at the rate asked for.
+    Status(Status),
+    /// Counts, at the rate asked for.
+    Health(Health),
+    /// Raw samples, while a stream is asked for.
+    Raw(Raw),
+    /// The box has just started: who it is, and why it started.
+    Hello(Identity),
 }
 
 /// The verdict at one instant.

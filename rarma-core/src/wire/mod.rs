@@ -1,9 +1,14 @@
 //! Telemetry and jobs: the types both ends of a link share, and their frames.
 
+mod command;
 mod frame;
 mod message;
 
-pub use frame::{Deframer, FrameError, MAGIC, MAX_FRAME, VERSION, decode, encode};
+pub use command::{
+    Answer, Command, FaultMessage, Health, Identity, RAW_SAMPLES, Raw, Refused, Reply,
+    SettingMessage, Started, Status,
+};
+pub use frame::{Deframer, FrameError, Head, MAGIC, MAX_FRAME, VERSION, decode, encode, head};
 pub use message::{
     AlarmMessage, AmplitudeMessage, Finished, HistogramMessage, ModeMessage, MonitorJob, Notice,
     NoticeMessage, Refusal, SpindleMessage, Telemetry, Verdict,

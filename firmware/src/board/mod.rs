@@ -3,6 +3,21 @@
 //! The application names verbs; a board (real, emulated or simulated) supplies
 //! them. There is no pin, register or HAL type in the application, and no
 //! arithmetic in a board.
+//!
+//! Two applications use them: [`App`](crate::App) runs one job over a recording and needs
+//! a [`Board`]; the whole box needs a [`BoxBoard`],
+//! whose interrupt of the current converter runs a [`CurrentLoop`](crate::CurrentLoop)
+//! over a [`CoilBridge`].
+
+mod code;
+mod coils;
+mod whole;
+
+pub use code::{AdcCode, DacCode};
+pub use coils::{COILS, CoilBridge};
+pub use whole::{
+    BoxBoard, Contacts, Emergency, GAPS, Lights, Pulse, ResetCause, SensorCodes, WATCHDOG_US,
+};
 
 use core::fmt::Debug;
 
@@ -18,6 +33,14 @@ pub enum BoardErrorKind {
     SourceLost,
     /// The host's job could not be read.
     Job,
+    /// A converter did not convert in time.
+    Converter,
+    /// A part refused an order: timer, converter, gate.
+    Refused,
+    /// A buffer is full; the same call may succeed later.
+    Busy,
+    /// The other end of a link is not there.
+    Disconnected,
 }
 
 /// A board's error.

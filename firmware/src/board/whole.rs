@@ -1,0 +1,193 @@
+//! The whole box: every verb beside the current loop's.
+
+use super::{AdcCode, Block, BoardError, DacCode};
+use crate::current_loop::{CoilOrder, CoilReport};
+use core::ops::Range;
+use rarma_core::guard::KEPT_BYTES;
+
+/// Displacement sensors: X and Y.
+pub const GAPS: usize = 2;
+
+/// Why the controller started.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ResetCause {
+    /// Power came on.
+    PowerOn,
+    /// The supply fell too low and came back.
+    BrownOut,
+    /// The watchdog was not fed.
+    Watchdog,
+    /// The program asked for it, after last words.
+    Software,
+    /// The reset pin, a debugger, or a cause the board cannot tell.
+    Pin,
+}
+
+/// A pulse of the tacho.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pulse {
+    /// The first microphone sample at or after it, counted from start-up with those that
+    /// were lost.
+    pub sample: u64,
+    /// How long before that sample it came, 0..1 sample.
+    pub before: f32,
+}
+
+/// One reading of everything slow, all taken within one millisecond.
+///
+/// A sensor that is disconnected reads an end of the range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SensorCodes {
+    /// Displacement X and Y.
+    pub gap: [AdcCode; GAPS],
+    /// Pressure transducer.
+    pub pressure: AdcCode,
+    /// Length gauge.
+    pub gauge: AdcCode,
+    /// Supply of the power stage.
+    pub supply: AdcCode,
+}
+
+/// Contacts that people and machines close. Both are wired so that a broken wire reads
+/// like an open contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Contacts {
+    /// The enable input is closed: outputs may be switched on.
+    pub enable: bool,
+    /// The emergency-stop chain is closed: nobody has pressed it.
+    pub stop_chain: bool,
+}
+
+/// What the lights show.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Lights {
+    /// The program runs; toggles.
+    pub alive: bool,
+    /// Outputs are on.
+    pub energised: bool,
+    /// A fault is latched, or chatter is called.
+    pub warning: bool,
+}
+
+/// What works when nothing else does: the panic and exception handlers have only this.
+///
+/// No call here may block, allocate, log, or need anything that could itself be the
+/// fault.
+pub trait Emergency {
+    /// Opens the output gate and all switches by the shortest way there is (registers),
+    /// and shuts the valve. The first statement of every handler. Always works, any
+    /// number of times, from any context.
+    fn drop_outputs(&mut self);
+
+    /// Microseconds since start-up. Never goes back, does not wrap within the life of the
+    /// device.
+    fn now_us(&mut self) -> u64;
+
+    /// Puts bytes where a reset, though not a power cut, leaves them.
+    fn keep(&mut self, bytes: &[u8; KEPT_BYTES]);
+}
+
+/// The verbs of the whole box. At reset, and before the first call, every output is off:
+/// gate open, switches open, valve shut. That is the hardware's doing (pull-downs).
+///
+/// No call waits for more than 50 µs except [`Self::wait`] and the flash's.
+pub trait BoxBoard: Emergency {
+    /// The board's error.
+    type Error: BoardError;
+    /// Flash that holds the settings and nothing else.
+    type Flash: embedded_storage::nor_flash::NorFlash;
+
+    /// Name of the board, for the host.
+    const NAME: &'static str;
+    /// Rate of the microphone's samples, Hz.
+    const SAMPLE_RATE_HZ: f64;
+    /// Rate of the current loop, Hz.
+    const LOOP_RATE_HZ: f64;
+
+    /// Sleeps until something may have to be done, at most 1 ms. May return early.
+    fn wait(&mut self);
+
+    /// Takes the microphone samples there are, at most `block.len()`, in the order of
+    /// time, full scale ±1. Does not wait: 0 samples when there are none yet. `missing`
+    /// counts what was lost since the last call, before the first sample given.
+    ///
+    /// # Errors
+    /// The converter or its transfer failed; the next call may succeed again.
+    fn samples(&mut self, block: &mut [f32]) -> Result<Block, Self::Error>;
+
+    /// The oldest pulse of the tacho not taken yet. The board keeps 16 and drops the
+    /// newest beyond that.
+    fn pulse(&mut self) -> Option<Pulse>;
+
+    /// Hands the current loop its order and takes its report; see
+    /// [`CurrentLoop::exchange`](crate::CurrentLoop::exchange). Fails in no way: a loop
+    /// that does not run is known by its count of periods.
+    fn coils(&mut self, order: &CoilOrder) -> CoilReport;
+
+    /// Reads the slow sensors.
+    ///
+    /// # Errors
+    /// The conversion did not happen: no codes are given again.
+    fn sensors(&mut self) -> Result<SensorCodes, Self::Error>;
+
+    /// Sets the valve; code 0 vents. Acts only while the gate is on.
+    ///
+    /// # Errors
+    /// The converter refused; the valve is then vented by the gate.
+    fn valve(&mut self, code: DacCode) -> Result<(), Self::Error>;
+
+    /// The contacts as they are now, debounced by no more than 1 ms.
+    fn contacts(&mut self) -> Contacts;
+
+    /// Closes the output gate: bridges may switch, the valve is supplied. The only way to
+    /// energise anything.
+    ///
+    /// # Errors
+    /// The gate did not close (its read-back says so), or the hardware holds it open
+    /// (emergency stop).
+    fn energise(&mut self) -> Result<(), Self::Error>;
+
+    /// Opens the output gate. Always works; the same as [`Emergency::drop_outputs`].
+    fn de_energise(&mut self) {
+        self.drop_outputs();
+    }
+
+    /// The gate's read-back: whether outputs can carry energy now.
+    fn energised(&mut self) -> bool;
+
+    /// Feeds the watchdog, whose time is [`WATCHDOG_US`]. It runs before the first call and cannot be
+    /// stopped.
+    fn feed_watchdog(&mut self);
+
+    /// Why the controller started. The same at every call.
+    fn reset_cause(&mut self) -> ResetCause;
+
+    /// The bytes of [`Emergency::keep`], from before the reset; anything after a power-up.
+    fn kept(&mut self) -> [u8; KEPT_BYTES];
+
+    /// The flash and the addresses of it that are the settings': a whole number of
+    /// erase sectors, at least 2. A write or erase that returns an error, or that a power
+    /// cut ends, may have done any part of its work.
+    fn flash(&mut self) -> (&mut Self::Flash, Range<u32>);
+
+    /// Takes bytes of the host that have come, at most `bytes.len()`. Does not wait. Bytes
+    /// that came faster than they were taken are lost and show as broken frames.
+    ///
+    /// # Errors
+    /// The link is down.
+    fn receive(&mut self, bytes: &mut [u8]) -> Result<usize, Self::Error>;
+
+    /// Sends a frame, whole or not at all. Does not wait: the board keeps it until it is
+    /// out.
+    ///
+    /// # Errors
+    /// There is no room for it: nothing has been taken.
+    fn send(&mut self, frame: &[u8]) -> Result<(), Self::Error>;
+
+    /// Sets the lights.
+    fn lights(&mut self, lights: Lights);
+}
+
+/// Time of the watchdog, µs. The slowest duty has 20 ms; erasing a sector of flash, with the
+/// outputs off, takes 25 ms on the slowest board known.
+pub const WATCHDOG_US: u64 = 100_000;

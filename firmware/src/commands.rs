@@ -1,0 +1,290 @@
+//! The link duty's receiving half: bytes in, commands carried out, every one answered.
+//!
+//! Called at every pass. A fixed number of bytes a pass, so that a flood takes time from
+//! nobody else.
+
+use crate::board::BoxBoard;
+use crate::sensor_box::SensorBox;
+use crate::store::{self, StoreError};
+use rarma_core::guard::{Denial, FaultCode, Mode, Stage};
+use rarma_core::settings::{SCHEMA_VERSION, SETTINGS, SettingError, find};
+use rarma_core::wire::{
+    Answer, Command, Deframer, Identity, Refused, Reply, SettingMessage, Telemetry, VERSION,
+    decode, head,
+};
+
+/// Bytes taken in one pass, and commands carried out in one.
+const PASS_BYTES: usize = 128;
+const PASS_COMMANDS: u32 = 4;
+/// Passes in a row that were full: a flood.
+const FLOOD_PASSES: u32 = 20;
+/// Broken frames are told once this many have come.
+const GARBAGE_FRAMES: u32 = 3;
+/// The same frame within this time is a copy, µs.
+const COPY_US: u64 = 1_000_000;
+/// Longest stream, s.
+const MOST_STREAM_S: f32 = 3600.0;
+
+/// What has come.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Counts {
+    /// Commands answered.
+    pub answered: u32,
+    /// Of them, refused.
+    pub refused: u32,
+    /// Of them, copies of the one before.
+    pub doubled: u32,
+    /// Frames that were broken.
+    pub garbage: u32,
+}
+
+#[derive(Debug, Clone)]
+struct Last {
+    sequence: u16,
+    crc: u16,
+    at_us: u64,
+    answer: Answer,
+}
+
+/// See the module.
+#[derive(Debug, Default)]
+pub struct Commands {
+    deframer: Deframer,
+    /// Bytes taken from the link and not looked at yet.
+    waiting: heapless::Deque<u8, PASS_BYTES>,
+    last: Option<Last>,
+    counts: Counts,
+    garbage_told: u32,
+    full_passes: u32,
+}
+
+impl Commands {
+    /// What has come.
+    pub fn counts(&self) -> Counts {
+        self.counts
+    }
+
+    /// One pass.
+    pub fn pass<B: BoxBoard>(&mut self, all: &mut SensorBox, board: &mut B, now_us: u64) {
+        let mut bytes = [0; PASS_BYTES];
+        let room = PASS_BYTES - self.waiting.len();
+        let came = bytes
+            .get_mut(..room)
+            .and_then(|free| board.receive(free).ok())
+            .unwrap_or(0);
+        for &byte in bytes.iter().take(came) {
+            // There is room: no more was asked for.
+            let _ = self.waiting.push_back(byte);
+        }
+        self.full_passes = if came == room {
+            self.full_passes.saturating_add(1)
+        } else {
+            0
+        };
+        if self.full_passes >= FLOOD_PASSES {
+            all.fault(board, FaultCode::LinkFlood, 0, PASS_BYTES as f32, now_us);
+        }
+        let mut done = 0;
+        while done < PASS_COMMANDS
+            && let Some(byte) = self.waiting.pop_front()
+        {
+            let frame = match self.deframer.collect(byte) {
+                None => continue,
+                Some(Ok(stuffed)) => head(stuffed).map(|head| (head, decode::<Command>(stuffed))),
+                Some(Err(why)) => Err(why),
+            };
+            done += 1;
+            match frame {
+                Err(_) => self.counts.garbage = self.counts.garbage.saturating_add(1),
+                Ok((head, command)) => {
+                    self.answer(
+                        all,
+                        board,
+                        now_us,
+                        (head.sequence, head.crc),
+                        match command {
+                            Ok((_, command)) => Ok(command),
+                            Err(_) if head.version != VERSION => Err(Refused::Version {
+                                box_version: VERSION,
+                            }),
+                            Err(_) => Err(Refused::NotACommand),
+                        },
+                    );
+                }
+            }
+        }
+        let broken = self.counts.garbage.wrapping_sub(self.garbage_told);
+        if broken >= GARBAGE_FRAMES {
+            self.garbage_told = self.counts.garbage;
+            all.fault(board, FaultCode::LinkGarbage, 0, broken as f32, now_us);
+        }
+    }
+
+    fn answer<B: BoxBoard>(
+        &mut self,
+        all: &mut SensorBox,
+        board: &mut B,
+        now_us: u64,
+        (to, crc): (u16, u16),
+        command: Result<Command, Refused>,
+    ) {
+        self.counts.answered = self.counts.answered.wrapping_add(1);
+        let copy = self.last.as_ref().filter(|last| {
+            (last.sequence, last.crc) == (to, crc) && now_us.saturating_sub(last.at_us) < COPY_US
+        });
+        let answer = if let Some(last) = copy {
+            self.counts.doubled = self.counts.doubled.wrapping_add(1);
+            last.answer.clone()
+        } else {
+            let answer = match command.and_then(|c| carry_out(all, board, now_us, c)) {
+                Ok(answer) => answer,
+                Err(why) => Answer::Refused(why),
+            };
+            self.last = Some(Last {
+                sequence: to,
+                crc,
+                at_us: now_us,
+                answer: answer.clone(),
+            });
+            answer
+        };
+        if matches!(answer, Answer::Refused(_)) {
+            self.counts.refused = self.counts.refused.wrapping_add(1);
+        }
+        all.tell
+            .tell(board, &Telemetry::Reply(Reply { to, answer }));
+    }
+}
+
+fn carry_out<B: BoxBoard>(
+    all: &mut SensorBox,
+    board: &mut B,
+    now_us: u64,
+    command: Command,
+) -> Result<Answer, Refused> {
+    let done = |result: Result<(), Denial>| result.map(|()| Answer::Done).map_err(Refused::Denied);
+    match command {
+        Command::Identify => Ok(Answer::Identity(identity::<B>(all))),
+        Command::Heartbeat => {
+            all.supervisor.heartbeat(now_us);
+            Ok(Answer::Done)
+        }
+        Command::Read { setting } => shown(all, board, setting),
+        Command::Set { setting, value } => {
+            all.settings.set(setting, value).map_err(Refused::Setting)?;
+            shown(all, board, setting)
+        }
+        Command::Save { setting } => {
+            let value = all.settings.get(setting);
+            keep(all, board, setting, value, now_us)
+        }
+        Command::Reset { setting } => {
+            let (_, row) = find(setting).ok_or(Refused::Setting(SettingError::Unknown))?;
+            all.settings
+                .set(setting, row.default_value())
+                .map_err(Refused::Setting)?;
+            keep(all, board, setting, None, now_us)
+        }
+        Command::Start(mode) => done(all.start_mode(board, mode)),
+        Command::Stop => {
+            all.supervisor.stop(now_us);
+            Ok(Answer::Done)
+        }
+        Command::Arm => done(all.arm(board, now_us)),
+        Command::Clear => {
+            let energised = board.energised();
+            let result = all.supervisor.clear(now_us, energised);
+            if result.is_ok() {
+                all.tell.forget_faults();
+                all.rig.clear();
+            }
+            done(result)
+        }
+        Command::Stream { seconds } => {
+            if !(0.0..=MOST_STREAM_S).contains(&seconds) {
+                return Err(Refused::Denied(Denial::Limit));
+            }
+            all.listening.stream(seconds);
+            Ok(Answer::Done)
+        }
+        Command::Pressure { pa } => {
+            ready(all, Mode::Ldbb)?;
+            done(all.rig.want_pressure(pa))
+        }
+        Command::Current { a } => {
+            ready(all, Mode::Cers)?;
+            done(all.rig.want_current(a))
+        }
+        Command::Status => {
+            all.tell_status(board, now_us);
+            Ok(Answer::Done)
+        }
+    }
+}
+
+/// Set points are taken at the working point of the mode that owns them.
+fn ready(all: &SensorBox, mode: Mode) -> Result<(), Refused> {
+    if all.supervisor.mode() != mode {
+        Err(Refused::Denied(Denial::Mode))
+    } else if all.supervisor.stage() != Stage::Ready {
+        Err(Refused::Denied(Denial::NotReady))
+    } else {
+        Ok(())
+    }
+}
+
+pub(crate) fn identity<B: BoxBoard>(all: &SensorBox) -> Identity {
+    // Names are the program's own and short; one that is too long would be cut to nothing.
+    Identity {
+        board: B::NAME.try_into().unwrap_or_default(),
+        version: env!("CARGO_PKG_VERSION").try_into().unwrap_or_default(),
+        schema: SCHEMA_VERSION,
+        settings: SETTINGS.len() as u16,
+        sample_rate_hz: all.sample_hz as f32,
+        loop_rate_hz: all.loop_hz as f32,
+        started: all.started,
+        before: all.before,
+    }
+}
+
+fn shown<B: BoxBoard>(all: &SensorBox, board: &mut B, number: u16) -> Result<Answer, Refused> {
+    let (_, setting) = find(number).ok_or(Refused::Setting(SettingError::Unknown))?;
+    let value = all.settings.get(number).unwrap_or(setting.default_value());
+    let (flash, range) = board.flash();
+    // An unreadable or outdated record counts as none: the default follows.
+    let stored = store::read(flash, range, setting)
+        .ok()
+        .and_then(Result::ok)
+        .flatten();
+    Ok(Answer::Setting(SettingMessage {
+        setting: number,
+        value,
+        stored,
+    }))
+}
+
+fn keep<B: BoxBoard>(
+    all: &mut SensorBox,
+    board: &mut B,
+    number: u16,
+    value: Option<rarma_core::settings::SettingValue>,
+    now_us: u64,
+) -> Result<Answer, Refused> {
+    let (_, setting) = find(number).ok_or(Refused::Setting(SettingError::Unknown))?;
+    // An erase stalls the processor for longer than an order of the current loop lasts.
+    if all.supervisor.stage().energised() || all.supervisor.stage() == Stage::Calibrating {
+        return Err(Refused::Denied(Denial::Energised));
+    }
+    let (flash, range) = board.flash();
+    match store::write(flash, range, setting, value) {
+        Ok(()) => shown(all, board, number),
+        Err(StoreError::Full) => {
+            all.fault(board, FaultCode::FlashFull, 0, f32::from(number), now_us);
+            Err(Refused::FlashFull)
+        }
+        Err(StoreError::Flash | StoreError::Range) => {
+            all.fault(board, FaultCode::FlashWrite, 0, f32::from(number), now_us);
+            Err(Refused::Flash)
+        }
+    }
+}

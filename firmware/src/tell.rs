@@ -1,0 +1,104 @@
+//! Frames out, for the whole box: numbers them, hands them over whole, counts what the link
+//! did not take.
+
+use crate::board::BoxBoard;
+use rarma_core::guard::{FaultCode, FaultRecord, Mode, Severity};
+use rarma_core::wire::{FaultMessage, MAX_FRAME, Telemetry, encode};
+
+/// The same fault at the same place is told again after this long, µs.
+const SAME_FAULT_US: u64 = 1_000_000;
+
+#[derive(Debug, Clone, Copy)]
+struct Told {
+    place: u8,
+    severity: Severity,
+    at_us: u64,
+}
+
+/// Says things to the host.
+#[derive(Debug)]
+pub struct Teller {
+    sequence: u16,
+    frames: u32,
+    dropped: u32,
+    told: [Option<Told>; FaultCode::ALL.len()],
+}
+
+impl Default for Teller {
+    fn default() -> Self {
+        Self {
+            sequence: 0,
+            frames: 0,
+            dropped: 0,
+            told: [None; FaultCode::ALL.len()],
+        }
+    }
+}
+
+impl Teller {
+    /// Sends one message. One that the link does not take is counted and left behind; the
+    /// gap in the numbers tells the host. True if it was taken.
+    pub fn tell<B: BoxBoard>(&mut self, board: &mut B, message: &Telemetry) -> bool {
+        let mut buffer = [0u8; MAX_FRAME];
+        let sent = match encode(message, self.sequence, &mut buffer) {
+            Ok(frame) => board.send(frame).is_ok(),
+            Err(_) => false,
+        };
+        self.frames = self.frames.wrapping_add(1);
+        self.sequence = self.sequence.wrapping_add(1);
+        if !sent {
+            self.dropped = self.dropped.saturating_add(1);
+        }
+        sent
+    }
+
+    /// Tells of a fault, unless the same one at the same place has just been told, as grave. A
+    /// message the link did not take has not been told.
+    pub fn fault<B: BoxBoard>(
+        &mut self,
+        board: &mut B,
+        record: FaultRecord,
+        severity: Severity,
+        mode: Mode,
+    ) {
+        let place = FaultCode::ALL.iter().position(|code| *code == record.code);
+        let known = place.and_then(|k| self.told.get(k).copied().flatten());
+        let same = known.is_some_and(|told| {
+            told.place == record.place
+                && told.severity >= severity
+                && record.at_us.saturating_sub(told.at_us) < SAME_FAULT_US
+        });
+        if same || severity == Severity::Unused {
+            return;
+        }
+        let message = FaultMessage {
+            record,
+            severity,
+            mode,
+        };
+        if self.tell(board, &Telemetry::Fault(message))
+            && let Some(told) = place.and_then(|k| self.told.get_mut(k))
+        {
+            *told = Some(Told {
+                place: record.place,
+                severity,
+                at_us: record.at_us,
+            });
+        }
+    }
+
+    /// What was told may be told again: the host has cleared the fault.
+    pub fn forget_faults(&mut self) {
+        self.told = [None; FaultCode::ALL.len()];
+    }
+
+    /// Frames made.
+    pub fn frames(&self) -> u32 {
+        self.frames
+    }
+
+    /// Of them, not taken by the link.
+    pub fn dropped(&self) -> u32 {
+        self.dropped
+    }
+}

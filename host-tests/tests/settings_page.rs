@@ -1,0 +1,66 @@
+//! Promise: the page of the box's settings is the table that the firmware checks with, and so
+//! is the schema.
+
+use rarma_core::settings::{Kind, SETTINGS, markdown, write_schema};
+use std::path::Path;
+
+#[test]
+fn page_holds_the_table() {
+    let mut table = String::new();
+    markdown(&mut table).expect("a table");
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/box.md");
+    let text = std::fs::read_to_string(&page).expect("docs/box.md");
+    let (head, rest) = text.split_once("<!-- settings -->\n").expect("a marker");
+    let (old, tail) = rest.split_once("<!-- end -->").expect("a marker");
+    if std::env::var_os("RARMA_WRITE_TABLE").is_some() {
+        let new = format!("{head}<!-- settings -->\n{table}<!-- end -->{tail}");
+        std::fs::write(&page, new).expect("docs/box.md");
+        return;
+    }
+    assert_eq!(old, table, "RARMA_WRITE_TABLE=1 writes it");
+}
+
+#[test]
+fn schema_is_json_and_holds_every_range() {
+    let mut text = String::new();
+    write_schema(&mut text).expect("a schema");
+    let schema: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let properties = schema["properties"].as_object().expect("an object");
+    assert_eq!(properties.len(), SETTINGS.len());
+    for s in &SETTINGS {
+        let p = &properties[s.name];
+        let (low, high, default) = match s.kind {
+            Kind::Real { low, high, default } => {
+                (f64::from(low), f64::from(high), f64::from(default))
+            }
+            Kind::Whole { low, high, default } => {
+                (f64::from(low), f64::from(high), f64::from(default))
+            }
+        };
+        let close = |name: &str, x: f64| {
+            let y = p[name].as_f64().expect(name);
+            (x - y).abs() <= 1e-6 * x.abs()
+        };
+        assert!(
+            close("minimum", low) && close("maximum", high) && close("default", default),
+            "{}",
+            s.name
+        );
+        assert!(low <= default && default <= high, "{}", s.name);
+        assert_eq!(p["unit"], s.unit);
+    }
+}
+
+#[test]
+fn numbers_and_names_are_unique() {
+    for (k, a) in SETTINGS.iter().enumerate() {
+        for b in &SETTINGS[k + 1..] {
+            assert!(
+                a.number != b.number && a.name != b.name,
+                "{} {}",
+                a.name,
+                b.name
+            );
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! Options of the commands about a box.
+
+use clap::Args;
+use std::path::PathBuf;
+
+/// Options of `box`.
+#[derive(Debug, Clone, Args)]
+pub struct BoxArgs {
+    /// Scenario: a TOML file, a shipped name (see --list), or a cut of `rarma simulate` that the
+    /// box listens to.
+    #[arg(long, value_name = "SCENARIO", required_unless_present_any = ["list", "schema", "faults", "settings"])]
+    pub sim: Option<String>,
+    /// Seed of everything random, in place of the scenario's.
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// Keep every byte the box sends.
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    /// Serve the box on a socket in real time, for `rarma connect tcp:HOST:PORT`, in place of
+    /// the scenario's own host.
+    #[arg(long, value_name = "HOST:PORT")]
+    pub listen: Option<String>,
+    /// One JSON object a message on standard output, and a summary last.
+    #[arg(long)]
+    pub json: bool,
+    /// Name the shipped scenarios.
+    #[arg(long)]
+    pub list: bool,
+    /// JSON schema of a scenario file.
+    #[arg(long)]
+    pub schema: bool,
+    /// Name the faults a scenario can make.
+    #[arg(long)]
+    pub faults: bool,
+    /// The box's settings as a page; with --json as a schema.
+    #[arg(long)]
+    pub settings: bool,
+}
+
+/// Options of `decode`.
+#[derive(Debug, Clone, Args)]
+pub struct DecodeArgs {
+    /// A file, `-` for standard input, a serial port such as /dev/ttyACM0, or tcp:HOST:PORT.
+    pub input: String,
+    /// Speed of a serial port, baud.
+    #[arg(long, default_value_t = 2_000_000)]
+    pub baud: u32,
+    /// One JSON object a message on standard output.
+    #[arg(long)]
+    pub json: bool,
+    /// Write the raw samples in the frames into a WAV.
+    #[arg(long, value_name = "FILE")]
+    pub wav: Option<PathBuf>,
+}
+
+/// Options of `connect`.
+#[derive(Debug, Clone, Args)]
+pub struct ConnectArgs {
+    /// A serial port such as /dev/ttyACM0, or tcp:HOST:PORT.
+    pub port: String,
+    /// Speed of a serial port, baud.
+    #[arg(long, default_value_t = 2_000_000)]
+    pub baud: u32,
+    /// Say this first; may be given several times. Commands may be typed, too.
+    #[arg(long = "say", value_name = "COMMAND")]
+    pub say: Vec<String>,
+    /// Print every setting of the box, and go.
+    #[arg(long)]
+    pub settings: bool,
+    /// Keep every byte the box sends; `rarma decode` reads it, and `rarma monitor` if its name
+    /// ends in .frames and it holds raw samples.
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    /// Go after so many seconds.
+    #[arg(long, value_name = "SECONDS")]
+    pub seconds: Option<f64>,
+    /// Do not send heartbeats: look on only. Outputs that need them go off.
+    #[arg(long)]
+    pub look: bool,
+    /// One JSON object a message on standard output.
+    #[arg(long)]
+    pub json: bool,
+}

@@ -1,0 +1,238 @@
+//! `rarma box`: the whole firmware on simulated hardware.
+
+use crate::args::BoxArgs;
+use crate::failure::Failure;
+use crate::frames::{FrameReader, to_json, words};
+use crate::scenario::{self, AtWork, BOX_SHIPPED, SHIPPED};
+use hal_sim::plant::cut::VirtualCut;
+use hal_sim::rig::{FaultKind, RigSetUp, SimBox, SimRig};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use rarma_core::guard::Severity;
+use rarma_core::wire::{Answer, Telemetry};
+use serde_json::json;
+use std::fs::File;
+use std::io::{self, Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::time::{Duration, Instant};
+
+/// The box is stepped on for this long between two looks at a socket, µs.
+const SLICE_US: u64 = 5_000;
+/// Root mean square of the quiet, parts of full scale.
+const QUIET_RMS: f32 = 0.02;
+
+pub(super) fn main(args: &BoxArgs) -> Result<u8, Failure> {
+    if args.list {
+        for (name, text) in BOX_SHIPPED {
+            say!("{name:24} {}", scenario::parse_box(name, text, None)?.about);
+        }
+        for (name, text) in SHIPPED {
+            say!("{name:24} {}", scenario::parse(name, text, None)?.about);
+        }
+        return Ok(0);
+    }
+    if args.schema {
+        say!("{:#}", scenario::box_schema());
+        return Ok(0);
+    }
+    if args.faults {
+        for kind in FaultKind::ALL {
+            say!("{:22} {}", kind.name(), kind.about().trim());
+        }
+        return Ok(0);
+    }
+    if args.settings {
+        let mut text = String::new();
+        let written = if args.json {
+            rarma_core::settings::write_schema(&mut text)
+        } else {
+            rarma_core::settings::markdown(&mut text)
+        };
+        written.map_err(|_| Failure::System("the page of settings cannot be made".to_owned()))?;
+        say!("{}", text.trim_end());
+        return Ok(0);
+    }
+    let name = args.sim.as_deref().unwrap_or_default();
+    let at_work = scenario::load_box(name, args.seed)?;
+    let mut all = SimBox::new(rig(&at_work)?);
+    all.rig.link.noise = at_work.noise;
+    all.rig.link.frame_loss = at_work.frame_loss;
+    let mut record = args.record.as_ref().map(File::create).transpose()?;
+    match &args.listen {
+        Some(address) => serve(&mut all, &at_work, address, record.as_mut()),
+        None => play(&mut all, &at_work, args.json, record.as_mut()),
+    }
+}
+
+fn rig(at_work: &AtWork) -> Result<SimRig, Failure> {
+    let set_up = RigSetUp {
+        seed: at_work.seed,
+        spindle_hz: at_work.spindle_hz,
+        faults: at_work.faults.clone(),
+        ..RigSetUp::default()
+    };
+    Ok(match &at_work.cut {
+        Some(cut) => {
+            let cut = VirtualCut::new(&cut.scenario)
+                .map_err(|why| Failure::Input(format!("{}: whole file: {why}", at_work.name)))?;
+            SimRig::new(set_up, cut.map(|reading| reading.value))
+        }
+        None => {
+            let mut rng = ChaCha8Rng::seed_from_u64(at_work.seed);
+            let sound = std::iter::repeat_with(move || {
+                let x: f32 = StandardNormal.sample(&mut rng);
+                QUIET_RMS * x
+            });
+            SimRig::new(set_up, sound)
+        }
+    })
+}
+
+/// The scenario with its own host, as fast as it goes.
+fn play(
+    all: &mut SimBox,
+    at_work: &AtWork,
+    json: bool,
+    mut record: Option<&mut File>,
+) -> Result<u8, Failure> {
+    if !json {
+        say!("Scenario {}: {}.", at_work.name, at_work.about);
+    }
+    let mut acts = at_work.host.clone();
+    acts.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut acts = acts.into_iter().peekable();
+    let end_us = (1e6 * at_work.duration_s) as u64;
+    let mut reader = FrameReader::default();
+    let mut summary = Summary::default();
+    let mut last_status = String::new();
+    all.host.keep_all = false;
+    while all.rig.world_us() < end_us {
+        let now_s = 1e-6 * all.rig.world_us() as f64;
+        while let Some((_, command)) = acts.next_if(|(at_s, _)| *at_s <= now_s) {
+            all.send(&command);
+        }
+        let bytes = all.step_and_take();
+        if let Some(file) = record.as_mut() {
+            file.write_all(&bytes)?;
+        }
+        reader.take(&bytes, |sequence, message| {
+            summary.take(&message);
+            if json {
+                say!("{}", to_json(sequence, &message));
+            } else if let Some(text) = shown(&message, &mut last_status) {
+                say!("{now_s:9.3} s  {text}");
+            }
+        });
+    }
+    let health = all.app.health(all.rig.world_us());
+    let code = u8::from(summary.chatter > 0 || summary.trips > 0);
+    if json {
+        say!(
+            "{}",
+            json!({ "summary": { "scenario": at_work.name, "seconds": at_work.duration_s, "resets": all.resets, "chatter": summary.chatter, "trips": summary.trips, "frames": reader.whole, "broken": reader.broken, "missing": reader.missing, "health": health } })
+        );
+    } else {
+        say!(
+            "{} verdicts, {} calls of chatter, {} trips, {} resets; frames: {} whole, {} broken, {} missing.",
+            health.verdicts,
+            summary.chatter,
+            summary.trips,
+            all.resets,
+            reader.whole,
+            reader.broken,
+            reader.missing
+        );
+    }
+    Ok(code)
+}
+
+#[derive(Default)]
+struct Summary {
+    chatter: u32,
+    trips: u32,
+}
+
+impl Summary {
+    fn take(&mut self, message: &Telemetry) {
+        match message {
+            Telemetry::Alarm(alarm) if alarm.on => self.chatter += 1,
+            Telemetry::Fault(f) if f.severity == Severity::Trip => self.trips += 1,
+            _ => {}
+        }
+    }
+}
+
+/// What is worth a line: everything but heartbeats' answers and a status like the last.
+fn shown(message: &Telemetry, last_status: &mut String) -> Option<String> {
+    match message {
+        Telemetry::Reply(reply) if reply.answer == Answer::Done => None,
+        Telemetry::Health(_) => None,
+        Telemetry::Status(s) => {
+            let state = format!("{} {}", s.mode.name(), s.stage.name());
+            if state == *last_status {
+                return None;
+            }
+            *last_status = state;
+            words(message)
+        }
+        _ => words(message),
+    }
+}
+
+/// The box in real time on a socket, one host after the other.
+fn serve(
+    all: &mut SimBox,
+    at_work: &AtWork,
+    address: &str,
+    mut record: Option<&mut File>,
+) -> Result<u8, Failure> {
+    let listener = TcpListener::bind(address)
+        .map_err(|why| Failure::Usage(format!("--listen {address}: {why}")))?;
+    listener.set_nonblocking(true)?;
+    say!("{}: listening on {}", at_work.name, listener.local_addr()?);
+    all.host.heartbeat_us = None;
+    all.host.keep_all = false;
+    let begun = Instant::now();
+    let mut host: Option<TcpStream> = None;
+    let end_us = (1e6 * at_work.duration_s) as u64;
+    while all.rig.world_us() < end_us {
+        if let Ok((socket, _)) = listener.accept() {
+            socket.set_nonblocking(true)?;
+            socket.set_nodelay(true)?;
+            host = Some(socket);
+        }
+        let until = all.rig.world_us() + SLICE_US;
+        while all.rig.world_us() < until {
+            let bytes = all.step_and_take();
+            if let Some(file) = record.as_mut() {
+                file.write_all(&bytes)?;
+            }
+            if let Some(socket) = &mut host
+                && gone(socket.write_all(&bytes))
+            {
+                host = None;
+            }
+        }
+        let mut bytes = [0; 1024];
+        if let Some(socket) = &mut host {
+            match socket.read(&mut bytes) {
+                Ok(0) => host = None,
+                Ok(n) => all.rig.link.host_sends(&bytes[..n]),
+                Err(why) => {
+                    if gone::<()>(Err(why)) {
+                        host = None;
+                    }
+                }
+            }
+        }
+        let ahead = Duration::from_micros(all.rig.world_us()).saturating_sub(begun.elapsed());
+        std::thread::sleep(ahead);
+    }
+    Ok(0)
+}
+
+/// A host that is slow loses bytes, one that is gone is let go.
+fn gone<T>(result: io::Result<T>) -> bool {
+    result.is_err_and(|why| why.kind() != io::ErrorKind::WouldBlock)
+}

@@ -1,0 +1,245 @@
+//! Frames of a box, from wherever they come: decoded, counted, told in words or JSON, kept.
+
+use crate::speech::shown;
+use rarma_core::guard::{FaultRecord, Severity};
+use rarma_core::settings::find;
+use rarma_core::wire::{Answer, Deframer, FrameError, Telemetry};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Takes bytes, gives messages, and counts what is lost.
+#[derive(Debug, Default)]
+pub struct FrameReader {
+    deframer: Deframer,
+    expected: Option<u16>,
+    /// Frames that were whole.
+    pub whole: u64,
+    /// Frames that were not.
+    pub broken: u64,
+    /// Frames missing by their numbers.
+    pub missing: u64,
+    /// Version of frames that another version of the protocol made.
+    pub foreign: Option<u8>,
+}
+
+impl FrameReader {
+    /// Takes bytes; hands on each message with its sequence number.
+    pub fn take(&mut self, bytes: &[u8], mut with: impl FnMut(u16, Telemetry)) {
+        for &byte in bytes {
+            match self.deframer.push::<Telemetry>(byte) {
+                None => {}
+                Some(Err(why)) => {
+                    self.broken += 1;
+                    if let FrameError::Version { found } = why {
+                        self.foreign = Some(found);
+                    }
+                }
+                Some(Ok((sequence, message))) => {
+                    self.whole += 1;
+                    if let Some(expected) = self.expected {
+                        self.missing += u64::from(sequence.wrapping_sub(expected));
+                    }
+                    self.expected = Some(sequence.wrapping_add(1));
+                    with(sequence, message);
+                }
+            }
+        }
+    }
+
+    /// What was lost, for people; none if nothing was.
+    pub fn losses(&self) -> Option<String> {
+        if let Some(found) = self.foreign {
+            return Some(format!(
+                "frames of protocol version {found}; this program speaks {}: use the version of rarma that came with the firmware",
+                rarma_core::wire::VERSION
+            ));
+        }
+        (self.broken + self.missing > 0).then(|| {
+            format!(
+                "{} frames, {} broken, {} missing",
+                self.whole, self.broken, self.missing
+            )
+        })
+    }
+}
+
+/// One message as a line of JSON. Written out directly: a detour over a JSON value would make
+/// doubles of singles, and 0.02 would read 0.0199999995529652.
+pub fn to_json(sequence: u16, message: &Telemetry) -> String {
+    #[derive(Serialize)]
+    struct Line<M> {
+        sequence: u16,
+        message: M,
+    }
+    #[derive(Serialize)]
+    #[serde(rename = "Raw")]
+    enum Samples {
+        Raw { first: u64, samples: Vec<f32> },
+    }
+    let line = match message {
+        // Raw samples as numbers, not as bytes.
+        Telemetry::Raw(raw) => serde_json::to_string(&Line {
+            sequence,
+            message: Samples::Raw {
+                first: raw.first,
+                samples: raw.samples().collect(),
+            },
+        }),
+        _ => serde_json::to_string(&Line { sequence, message }),
+    };
+    // Numbers and names only: there is nothing that could not be written.
+    line.unwrap_or_default()
+}
+
+/// A fault in words.
+pub fn fault_words(record: &FaultRecord) -> String {
+    format!(
+        "{} (place {}, {} {}) at {:.4} s",
+        record.code.name(),
+        record.place,
+        record.value,
+        record.code.unit(),
+        record.at_us as f64 * 1e-6
+    )
+}
+
+/// One message in words; none for those that only pictures are made of.
+pub fn words(message: &Telemetry) -> Option<String> {
+    Some(match message {
+        Telemetry::Started { fs_hz, p, q } => format!("listening at {fs_hz} Hz, ARMA({p},{q})"),
+        Telemetry::Verdict(_) | Telemetry::Raw(_) | Telemetry::Amplitude(_) => return None,
+        Telemetry::Alarm(a) => format!(
+            "{} at {:.1} Hz, damping {:.2} %",
+            if a.on {
+                "CHATTER called"
+            } else {
+                "chatter released"
+            },
+            a.frequency,
+            100.0 * a.damping
+        ),
+        Telemetry::Finished(f) => format!("listening ended after {} samples", f.samples),
+        Telemetry::Refused(why) => format!("refused: {why:?}"),
+        Telemetry::Notice(n) => format!("spindle: {:?}", n.notice),
+        Telemetry::Hello(id) => {
+            format!("started: {}", answer_words(&Answer::Identity(id.clone())))
+        }
+        Telemetry::Reply(reply) => {
+            format!("answer to {}: {}", reply.to, answer_words(&reply.answer))
+        }
+        Telemetry::Fault(f) => format!(
+            "{} in {}: {}",
+            if f.severity == Severity::Trip {
+                "TRIP"
+            } else {
+                "notice"
+            },
+            f.mode.name(),
+            fault_words(&f.record)
+        ),
+        Telemetry::Status(s) => format!(
+            "{:10.3} s  {} {}{}  I {:.2} {:.2} {:.2} {:.2} A  gap {:.0} {:.0} um  p {:.2} bar  gauge {:+.1} um  supply {:.1} V{}",
+            s.now_us as f64 * 1e-6,
+            s.mode.name(),
+            s.stage.name(),
+            if s.energised { " ON" } else { "" },
+            s.current_a[0],
+            s.current_a[1],
+            s.current_a[2],
+            s.current_a[3],
+            1e6 * s.gap_m[0],
+            1e6 * s.gap_m[1],
+            1e-5 * s.pressure_pa,
+            1e6 * s.gauge_m,
+            s.supply_v,
+            s.fault
+                .map_or(String::new(), |f| format!("  fault {}", f.code.name())),
+        ),
+        Telemetry::Health(h) => format!(
+            "{:10.3} s  {} samples ({} missing), {} verdicts, {} frames ({} dropped), {} commands ({} refused, {} doubled), {} broken frames, {} times late",
+            h.now_us as f64 * 1e-6,
+            h.samples,
+            h.missing,
+            h.verdicts,
+            h.frames,
+            h.dropped,
+            h.commands,
+            h.refused,
+            h.doubled,
+            h.garbage,
+            h.late
+        ),
+    })
+}
+
+/// An answer in words.
+pub fn answer_words(answer: &Answer) -> String {
+    match answer {
+        Answer::Done => "done".to_owned(),
+        Answer::Refused(why) => format!("refused: {why:?}"),
+        Answer::Identity(id) => format!(
+            "{}, firmware {}, {} settings (schema {}), microphone {} Hz, current loop {} Hz, started by {:?}{}",
+            id.board,
+            id.version,
+            id.settings,
+            id.schema,
+            id.sample_rate_hz,
+            id.loop_rate_hz,
+            id.started,
+            id.before.map_or(String::new(), |f| format!(
+                ", before that: {}",
+                fault_words(&f)
+            ))
+        ),
+        Answer::Setting(s) => {
+            let (name, unit) = find(s.setting).map_or(("?", ""), |(_, row)| (row.name, row.unit));
+            let stored = s
+                .stored
+                .map_or("not stored".to_owned(), |v| format!("stored {}", shown(v)));
+            format!("{name} = {} {unit} ({stored})", shown(s.value))
+        }
+    }
+}
+
+/// Raw samples put together again by their numbers.
+#[derive(Debug, Default)]
+pub struct RawSamples {
+    blocks: BTreeMap<u64, Vec<f32>>,
+    /// Rate, Hz, where a message said it.
+    pub fs_hz: Option<f64>,
+}
+
+impl RawSamples {
+    /// Takes what there is in a message.
+    pub fn take(&mut self, message: &Telemetry) {
+        match message {
+            Telemetry::Started { fs_hz, .. } => self.fs_hz = Some(*fs_hz),
+            Telemetry::Reply(reply) => {
+                if let Answer::Identity(id) = &reply.answer {
+                    self.fs_hz = Some(f64::from(id.sample_rate_hz));
+                }
+            }
+            Telemetry::Hello(id) => self.fs_hz = Some(f64::from(id.sample_rate_hz)),
+            Telemetry::Raw(raw) => {
+                self.blocks.insert(raw.first, raw.samples().collect());
+            }
+            _ => {}
+        }
+    }
+
+    /// All samples in order of time, and how many are missing between them: zeros stand
+    /// there, which no listener takes for sound.
+    pub fn joined(&self) -> (Vec<f32>, u64) {
+        let mut out = Vec::new();
+        let mut missing = 0;
+        let mut next = None;
+        for (first, samples) in &self.blocks {
+            let gap = next.map_or(0, |next: u64| first.saturating_sub(next));
+            missing += gap;
+            out.resize(out.len() + gap as usize, 0.0);
+            out.extend_from_slice(samples);
+            next = Some(first + samples.len() as u64);
+        }
+        (out, missing)
+    }
+}

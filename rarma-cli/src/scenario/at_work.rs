@@ -1,0 +1,245 @@
+//! Scenarios of the box at work: what it hears, what the host says, what breaks.
+
+use super::reader::{Allowed, Refusal, Section, Text, unknown};
+use super::{Loaded, load};
+use crate::failure::Failure;
+use crate::speech;
+use hal_sim::rig::{FaultEvent, FaultKind, Noise};
+use rarma_core::settings::SettingValue;
+use rarma_core::wire::Command;
+use serde_json::{Value, json};
+use std::fs;
+use toml::de::DeTable;
+
+/// The shipped scenarios: name and text.
+pub const BOX_SHIPPED: [(&str, &str); 3] = [
+    (
+        "box-cers-fault",
+        include_str!("../../scenarios/box-cers-fault.toml"),
+    ),
+    (
+        "box-ldbb-leak",
+        include_str!("../../scenarios/box-ldbb-leak.toml"),
+    ),
+    (
+        "box-bad-link",
+        include_str!("../../scenarios/box-bad-link.toml"),
+    ),
+];
+
+/// The box at work.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AtWork {
+    /// Name of the scenario.
+    pub name: String,
+    /// What it shows, in a line.
+    pub about: String,
+    /// How long, s.
+    pub duration_s: f64,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Spindle frequency, Hz.
+    pub spindle_hz: f64,
+    /// The cut that is heard; quiet noise if none.
+    pub cut: Option<Loaded>,
+    /// What happens to bytes on the link.
+    pub noise: Noise,
+    /// Part of the frames to the host that is lost.
+    pub frame_loss: f64,
+    /// What breaks.
+    pub faults: Vec<FaultEvent>,
+    /// What the host says, and when, s.
+    pub host: Vec<(f64, Command)>,
+}
+
+/// A scenario from a file or a shipped one; a cut of the virtual machine tool becomes a box
+/// that listens to it.
+///
+/// # Errors
+/// One line: file, line, field, what is allowed.
+pub fn load_box(name: &str, seed: Option<u64>) -> Result<AtWork, Failure> {
+    if let Some((_, text)) = BOX_SHIPPED.iter().find(|(n, _)| *n == name) {
+        return parse_box(name, text, seed);
+    }
+    let text = fs::read_to_string(name).unwrap_or_default();
+    let is_box = DeTable::parse(&text).is_ok_and(|table| {
+        let has = |key: &str| table.get_ref().iter().any(|(k, _)| k.get_ref() == key);
+        !text.is_empty() && !has("milling") && !has("turning")
+    });
+    if is_box {
+        return parse_box(name, &text, seed);
+    }
+    listening(load(name, seed)?)
+}
+
+fn listening(cut: Loaded) -> Result<AtWork, Failure> {
+    let scenario = &cut.scenario;
+    if scenario.microphone.sample_rate_hz != 48_000.0 {
+        return Err(Failure::Input(format!(
+            "{}: microphone.sample_rate_hz is {} (allowed: 48000, the box's)",
+            scenario.name, scenario.microphone.sample_rate_hz
+        )));
+    }
+    let truth = scenario
+        .truth()
+        .map_err(|why| Failure::Input(format!("{}: whole file: {why}", scenario.name)))?;
+    let set = |name: &str, value| match speech::setting(name) {
+        Ok(setting) => Command::Set {
+            setting: setting.number,
+            value,
+        },
+        Err(_) => Command::Status,
+    };
+    let band = crate::ear::band(&cut);
+    let host = vec![
+        (
+            0.0,
+            set("monitor.band-low", SettingValue::Real(band.low_hz as f32)),
+        ),
+        (
+            0.0,
+            set("monitor.band-high", SettingValue::Real(band.high_hz as f32)),
+        ),
+        (
+            0.0,
+            set(
+                "monitor.spindle",
+                SettingValue::Real(truth.spindle_hz as f32),
+            ),
+        ),
+        (0.001, Command::Start(rarma_core::guard::Mode::Monitor)),
+    ];
+    Ok(AtWork {
+        name: scenario.name.clone(),
+        about: cut.about.clone(),
+        duration_s: scenario.duration_s,
+        seed: scenario.microphone.seed,
+        spindle_hz: truth.spindle_hz,
+        noise: Noise::default(),
+        frame_loss: 0.0,
+        faults: Vec::new(),
+        host,
+        cut: Some(cut),
+    })
+}
+
+/// A scenario from its text; `file` is what messages call it.
+///
+/// # Errors
+/// As [`load_box`].
+pub fn parse_box(file: &str, text: &str, seed: Option<u64>) -> Result<AtWork, Failure> {
+    let lines = Text(text);
+    let table = DeTable::parse(text).map_err(|why| {
+        let line = why.span().map_or(1, |span| lines.line(&span));
+        let what = why.message().lines().next().unwrap_or_default();
+        Failure::Input(format!("{file}: line {line}: not TOML: {what}"))
+    })?;
+    let refused =
+        |r: Refusal| Failure::Input(format!("{file}: line {}: {} {}", r.line, r.field, r.what));
+    if let Some(refusal) = unknown(lines, table.get_ref(), &box_schema()) {
+        return Err(refused(refusal));
+    }
+    let mut root = Section::root(lines, table.get_ref());
+    let (mut at_work, cut) = read(&mut root, seed).map_err(refused)?;
+    if cut != QUIET {
+        let heard = listening(load(&cut, seed)?)?;
+        at_work.spindle_hz = heard.spindle_hz;
+        at_work.cut = heard.cut;
+        at_work.host.splice(0..0, heard.host);
+    }
+    Ok(at_work)
+}
+
+/// The word for no cut.
+const QUIET: &str = "quiet";
+
+fn read(root: &mut Section<'_>, seed: Option<u64>) -> Result<(AtWork, String), Refusal> {
+    let name = root.words("name", "Name of the scenario")?;
+    let about = root.words("about", "What it shows, in a line")?;
+    let duration_s = root.number(
+        "duration_s",
+        Allowed::within(0.1, 86_400.0),
+        None,
+        "How long, s",
+    )?;
+    let own = root.whole("seed", (0, i64::MAX), Some(1), "Seed of everything random")?;
+    let cut = root.words(
+        "hears",
+        "A cut of the virtual machine tool (a file or a shipped name), or \"quiet\"",
+    )?;
+    let speed_rpm = root.number(
+        "speed_rpm",
+        Allowed::within(0.0, 120_000.0),
+        Some(3000.0),
+        "Spindle speed without a cut, 1/min",
+    )?;
+    let part = Allowed::within(0.0, 1.0);
+    let link = root.table("link", "What happens on the link", |s| {
+        Ok((
+            Noise {
+                drop: s.number("drop", part, Some(0.0), "Part of the bytes that is dropped")?,
+                double: s.number("double", part, Some(0.0), "Part that is doubled")?,
+                change: s.number("change", part, Some(0.0), "Part that is changed")?,
+            },
+            s.number(
+                "frame_loss",
+                part,
+                Some(0.0),
+                "Part of the box's frames that is lost whole",
+            )?,
+        ))
+    })?;
+    let (noise, frame_loss) = link.unwrap_or_default();
+    let kinds: Vec<&str> = FaultKind::ALL.iter().map(|kind| kind.name()).collect();
+    let time = Allowed::within(0.0, 86_400.0);
+    let faults = root.tables("fault", "Something that breaks", |s| {
+        let kind = FaultKind::ALL[s.choice("kind", &kinds, true, "What")?];
+        let at_s = s.number("at_s", time, None, "From, s")?;
+        let for_s = s.number("for_s", time, Some(86_400.0), "For so long, s")?;
+        let place = s.whole("place", (0, 3), Some(0), "Coil (0 to 3) or axis (0 or 1)")?;
+        Ok(FaultEvent {
+            kind,
+            place: place as usize,
+            from_us: (1e6 * at_s) as u64,
+            to_us: (1e6 * (at_s + for_s)) as u64,
+        })
+    })?;
+    let host = root.tables("host", "Something the host says", |s| {
+        let at_s = s.number("at_s", time, None, "When, s")?;
+        let words = s.words("say", "A command, as typed in `rarma connect`")?;
+        if s.describes() {
+            return Ok((at_s, Command::Status));
+        }
+        let command = speech::command(&words).map_err(|why| {
+            s.refuse(
+                "say",
+                format!("is \"{words}\": {why} (allowed: {})", speech::WORDS),
+            )
+        })?;
+        Ok((at_s, command))
+    })?;
+    let at_work = AtWork {
+        name,
+        about,
+        duration_s,
+        seed: seed.unwrap_or(own as u64),
+        spindle_hz: speed_rpm / 60.0,
+        cut: None,
+        noise,
+        frame_loss,
+        faults,
+        host,
+    };
+    Ok((at_work, cut))
+}
+
+/// JSON schema of a scenario file, from the same calls that read it.
+pub fn box_schema() -> Value {
+    let mut root = Section::description();
+    // A description answers every question: there is nothing to refuse.
+    let _ = read(&mut root, None);
+    let mut schema = root.schema();
+    schema["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
+    schema["title"] = json!("Scenario of the box at work");
+    schema
+}

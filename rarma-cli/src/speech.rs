@@ -1,0 +1,130 @@
+//! Commands to the box in words: typed by people, and written in scenarios.
+
+use rarma_core::guard::Mode;
+use rarma_core::settings::{Kind, SETTINGS, Setting, SettingValue};
+use rarma_core::wire::Command;
+
+/// What can be said.
+pub const WORDS: &str = "identify | status | start safe|monitor|cers|ldbb | stop | arm | clear | stream SECONDS | pressure PA | current A | read NAME | set NAME VALUE | save NAME | reset NAME";
+
+/// A line to a command.
+///
+/// # Errors
+/// What is wrong with it, and what can be said.
+pub fn command(line: &str) -> Result<Command, String> {
+    let words: Vec<&str> = line.split_whitespace().collect();
+    let number = |text: &str| {
+        text.parse::<f32>()
+            .ok()
+            .filter(|x| x.is_finite())
+            .ok_or_else(|| format!("`{text}` is not a number"))
+    };
+    Ok(match words[..] {
+        ["identify"] => Command::Identify,
+        ["status"] => Command::Status,
+        ["stop"] => Command::Stop,
+        ["arm"] => Command::Arm,
+        ["clear"] => Command::Clear,
+        ["heartbeat"] => Command::Heartbeat,
+        ["start", name] => Command::Start(
+            Mode::ALL
+                .into_iter()
+                .find(|mode| mode.name() == name)
+                .ok_or_else(|| format!("`{name}` is no mode (safe, monitor, cers, ldbb)"))?,
+        ),
+        ["stream", seconds] => Command::Stream {
+            seconds: number(seconds)?,
+        },
+        ["pressure", pa] => Command::Pressure { pa: number(pa)? },
+        ["current", a] => Command::Current { a: number(a)? },
+        ["read", name] => Command::Read {
+            setting: setting(name)?.number,
+        },
+        ["save", name] => Command::Save {
+            setting: setting(name)?.number,
+        },
+        ["reset", name] => Command::Reset {
+            setting: setting(name)?.number,
+        },
+        ["set", name, value] => {
+            let setting = setting(name)?;
+            Command::Set {
+                setting: setting.number,
+                value: self::value(setting, value)?,
+            }
+        }
+        _ => return Err(format!("`{}` is no command ({WORDS})", line.trim())),
+    })
+}
+
+/// The setting of a name.
+///
+/// # Errors
+/// There is none; the nearest group is listed.
+pub fn setting(name: &str) -> Result<&'static Setting, String> {
+    SETTINGS.iter().find(|s| s.name == name).ok_or_else(|| {
+        let group = name.split('.').next().unwrap_or_default();
+        let like: Vec<&str> = SETTINGS
+            .iter()
+            .map(|s| s.name)
+            .filter(|n| n.split('.').next() == Some(group))
+            .collect();
+        if like.is_empty() {
+            format!("`{name}` is no setting (see docs/box.md)")
+        } else {
+            format!("`{name}` is no setting (there are {})", like.join(", "))
+        }
+    })
+}
+
+/// A value of a setting in words.
+///
+/// # Errors
+/// Not a number of its kind. Its range is the box's to check.
+pub fn value(setting: &Setting, text: &str) -> Result<SettingValue, String> {
+    match setting.kind {
+        Kind::Real { .. } => text.parse().map(SettingValue::Real).ok(),
+        Kind::Whole { .. } => text.parse().map(SettingValue::Whole).ok(),
+    }
+    .ok_or_else(|| format!("`{text}` is not a number that {} takes", setting.name))
+}
+
+/// A value as it is typed.
+pub fn shown(value: SettingValue) -> String {
+    match value {
+        SettingValue::Real(x) => format!("{x}"),
+        SettingValue::Whole(n) => format!("{n}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_become_commands_and_the_rest_is_refused_with_help() {
+        assert_eq!(command("start cers"), Ok(Command::Start(Mode::Cers)));
+        assert_eq!(
+            command(" stream  2.5 "),
+            Ok(Command::Stream { seconds: 2.5 })
+        );
+        assert_eq!(
+            command("set monitor.threshold 0.02"),
+            Ok(Command::Set {
+                setting: 13,
+                value: SettingValue::Real(0.02)
+            })
+        );
+        for (line, says) in [
+            ("fly", "is no command"),
+            ("start up", "is no mode"),
+            ("set monitor.nothing 1", "monitor.threshold"),
+            ("set tacho.pulses 1.5", "tacho.pulses"),
+            ("stream inf", "not a number"),
+            ("", "is no command"),
+        ] {
+            let why = command(line).expect_err(line);
+            assert!(why.contains(says), "{line}: {why}");
+        }
+    }
+}

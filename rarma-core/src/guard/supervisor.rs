@@ -1,0 +1,303 @@
+//! Who may energise what, and when: modes, stages, trips.
+//!
+//! ```text
+//! Off --arm--> Calibrating --20 ms--> Ramping --ramp--> Ready --stop--> Stopping --> Off
+//!   any of them --trip--> Faulted --clear, causes gone--> Off
+//! ```
+//! Rate: once a millisecond, and at every command. The answer of [`Supervisor::tick`] is the
+//! only permission there is: nothing else in the box closes the output gate.
+
+use super::fault::{FaultCode, FaultRecord, Severity};
+use super::mode::{Mode, Stage};
+use serde::{Deserialize, Serialize};
+
+/// Time for the zeros of the sensors, µs.
+pub const CALIBRATION_US: u64 = 20_000;
+
+/// Why a command is refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Denial {
+    /// Not in this mode.
+    Mode,
+    /// Only while outputs are off.
+    Energised,
+    /// Only while outputs are at their working point.
+    NotReady,
+    /// A fault is latched: clear it first.
+    FaultLatched,
+    /// The cause of the fault is still there.
+    FaultStands,
+    /// The enable input is open.
+    EnableOpen,
+    /// The emergency-stop chain is open.
+    StopChainOpen,
+    /// The host has sent no heartbeat lately.
+    NoHeartbeat,
+    /// Beyond a limit, or not a number.
+    Limit,
+    /// Settings contradict each other.
+    Settings,
+}
+
+/// What the supervisor sees each millisecond.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Facts {
+    /// Now, µs.
+    pub now_us: u64,
+    /// Enable input closed.
+    pub enable: bool,
+    /// Emergency-stop chain closed.
+    pub stop_chain: bool,
+    /// The output gate's read-back.
+    pub energised: bool,
+    /// The set point has arrived where the stage sends it.
+    pub arrived: bool,
+}
+
+/// What is allowed from now on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Permission {
+    /// The output gate is to be closed.
+    pub gate: bool,
+    /// Zeros are to be measured.
+    pub calibrate: bool,
+    /// Set points go to the working point; otherwise to nothing.
+    pub rise: bool,
+}
+
+/// The gate's read-back may lag behind the order by this, µs.
+const GATE_LAG_US: u64 = 3_000;
+
+/// See the module.
+#[derive(Debug, Clone)]
+pub struct Supervisor {
+    mode: Mode,
+    stage: Stage,
+    since_us: u64,
+    gate: bool,
+    gate_since_us: u64,
+    heartbeat_us: Option<u64>,
+    heartbeat_limit_us: u64,
+    fault: Option<FaultRecord>,
+    contacts: (bool, bool),
+}
+
+impl Supervisor {
+    /// A supervisor at start-up. `past` is the fault that a reset has left behind: it is
+    /// latched.
+    pub fn new(past: Option<FaultRecord>) -> Self {
+        Self {
+            mode: Mode::Safe,
+            stage: if past.is_some() {
+                Stage::Faulted
+            } else {
+                Stage::Off
+            },
+            since_us: 0,
+            gate: false,
+            gate_since_us: 0,
+            heartbeat_us: None,
+            heartbeat_limit_us: 500_000,
+            fault: past,
+            contacts: (false, false),
+        }
+    }
+
+    /// The mode.
+    pub fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// The stage.
+    pub fn stage(&self) -> Stage {
+        self.stage
+    }
+
+    /// The fault that is latched.
+    pub fn fault(&self) -> Option<FaultRecord> {
+        self.fault
+    }
+
+    /// Silence of the host that is too long, s.
+    pub fn set_heartbeat_limit(&mut self, limit_s: f32) {
+        self.heartbeat_limit_us = (limit_s * 1e6) as u64;
+    }
+
+    /// The host is there.
+    pub fn heartbeat(&mut self, now_us: u64) {
+        self.heartbeat_us = Some(now_us);
+    }
+
+    /// Time since the last heartbeat, µs.
+    pub fn heartbeat_age_us(&self, now_us: u64) -> Option<u64> {
+        self.heartbeat_us.map(|at| now_us.saturating_sub(at))
+    }
+
+    /// Starts a mode.
+    ///
+    /// # Errors
+    /// Outputs are on, or an output mode is asked for while a fault is latched.
+    pub fn start(&mut self, mode: Mode) -> Result<(), Denial> {
+        if self.stage.energised() || self.stage == Stage::Calibrating {
+            return Err(Denial::Energised);
+        }
+        if self.stage == Stage::Faulted && mode.owns_outputs() {
+            return Err(Denial::FaultLatched);
+        }
+        self.mode = mode;
+        Ok(())
+    }
+
+    /// Arms the outputs of the mode.
+    ///
+    /// # Errors
+    /// What is missing.
+    pub fn arm(&mut self, now_us: u64) -> Result<(), Denial> {
+        if !self.mode.owns_outputs() {
+            return Err(Denial::Mode);
+        }
+        match self.stage {
+            Stage::Off => {}
+            Stage::Faulted => return Err(Denial::FaultLatched),
+            _ => return Err(Denial::Energised),
+        }
+        let (enable, stop_chain) = self.contacts;
+        if !stop_chain {
+            return Err(Denial::StopChainOpen);
+        }
+        if !enable {
+            return Err(Denial::EnableOpen);
+        }
+        if !self.heard(now_us) {
+            return Err(Denial::NoHeartbeat);
+        }
+        self.go(Stage::Calibrating, now_us);
+        Ok(())
+    }
+
+    /// Lets the outputs down in order. From any stage; does nothing where they are off.
+    pub fn stop(&mut self, now_us: u64) {
+        match self.stage {
+            Stage::Ramping | Stage::Ready => self.go(Stage::Stopping, now_us),
+            Stage::Calibrating => self.go(Stage::Off, now_us),
+            Stage::Off | Stage::Stopping | Stage::Faulted => {}
+        }
+    }
+
+    /// Forgets the fault.
+    ///
+    /// # Errors
+    /// Its cause is still there: the emergency-stop chain is open, or the gate is closed
+    /// although it should not be.
+    pub fn clear(&mut self, now_us: u64, energised: bool) -> Result<(), Denial> {
+        if self.stage != Stage::Faulted {
+            return Ok(());
+        }
+        if !self.contacts.1 || energised {
+            return Err(Denial::FaultStands);
+        }
+        self.fault = None;
+        self.go(Stage::Off, now_us);
+        Ok(())
+    }
+
+    /// Something is wrong. What that means here; a trip takes effect at once, in the
+    /// permission of the very next [`Self::tick`], and [`Self::gate`] falls now.
+    pub fn report(&mut self, record: FaultRecord) -> Severity {
+        let severity = record.code.severity(self.mode);
+        let in_use =
+            !matches!(self.stage, Stage::Off) || record.code.severity(Mode::Safe) == Severity::Trip;
+        match severity {
+            Severity::Trip if in_use => {
+                // The first fault is the cause; what follows are its consequences.
+                if self.fault.is_none() {
+                    self.fault = Some(record);
+                }
+                self.gate = false;
+                self.gate_since_us = record.at_us;
+                if self.stage != Stage::Faulted {
+                    self.go(Stage::Faulted, record.at_us);
+                }
+                Severity::Trip
+            }
+            // A part of an output that is off: worth a word, and arming will find it.
+            Severity::Trip => Severity::Notice,
+            other => other,
+        }
+    }
+
+    /// Whether the gate may be closed at this moment.
+    pub fn gate(&self) -> bool {
+        self.gate
+    }
+
+    /// One millisecond: looks at the contacts, the host and the gate, moves the stage on.
+    /// `trip` is told what has just gone wrong, if anything.
+    pub fn tick(
+        &mut self,
+        facts: &Facts,
+        trip: &mut impl FnMut(FaultRecord, Severity),
+    ) -> Permission {
+        let now = facts.now_us;
+        self.contacts = (facts.enable, facts.stop_chain);
+        let mut wrong = |this: &mut Self, code: FaultCode, value: f32| {
+            let record = FaultRecord {
+                code,
+                place: 0,
+                value,
+                at_us: now,
+            };
+            let severity = this.report(record);
+            trip(record, severity);
+        };
+        if !facts.stop_chain {
+            if self
+                .fault
+                .is_none_or(|f| f.code != FaultCode::EmergencyStop)
+            {
+                wrong(self, FaultCode::EmergencyStop, 0.0);
+            }
+        } else if self.stage.energised() || self.stage == Stage::Calibrating {
+            if !facts.enable {
+                wrong(self, FaultCode::EnableLost, 0.0);
+            } else if !self.heard(now) {
+                let age = self.heartbeat_age_us(now).unwrap_or(0);
+                wrong(self, FaultCode::HeartbeatLost, age as f32 * 1e-6);
+            }
+        }
+        let settled = now.saturating_sub(self.gate_since_us) > GATE_LAG_US;
+        if settled
+            && facts.energised != self.gate
+            && self.fault.is_none_or(|f| f.code != FaultCode::Gate)
+        {
+            wrong(self, FaultCode::Gate, f32::from(u8::from(facts.energised)));
+        }
+        let in_stage = now.saturating_sub(self.since_us);
+        match self.stage {
+            Stage::Calibrating if in_stage >= CALIBRATION_US => self.go(Stage::Ramping, now),
+            Stage::Ramping if facts.arrived && in_stage > 1000 => self.go(Stage::Ready, now),
+            Stage::Stopping if facts.arrived && in_stage > 1000 => self.go(Stage::Off, now),
+            _ => {}
+        }
+        let gate = self.stage.energised();
+        if gate != self.gate {
+            self.gate = gate;
+            self.gate_since_us = now;
+        }
+        Permission {
+            gate,
+            calibrate: self.stage == Stage::Calibrating,
+            rise: matches!(self.stage, Stage::Ramping | Stage::Ready),
+        }
+    }
+
+    fn heard(&self, now_us: u64) -> bool {
+        self.heartbeat_age_us(now_us)
+            .is_some_and(|age| age <= self.heartbeat_limit_us)
+    }
+
+    fn go(&mut self, stage: Stage, now_us: u64) {
+        self.stage = stage;
+        self.since_us = now_us;
+    }
+}

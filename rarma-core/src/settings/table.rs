@@ -1,0 +1,135 @@
+//! The settings, each in one place: number, name, unit, range, default, effect.
+//!
+//! This table makes the typed keys, the checks, the page for people and the schema for
+//! programs. A number is never used again for something else. `version` counts the
+//! meanings a setting has had: a stored record of another one is not read.
+
+use super::value::{Key, Kind, Real, Setting, Takes, Whole};
+
+macro_rules! kind {
+    (Real, $low:expr, $high:expr, $default:expr) => {
+        Kind::Real {
+            low: $low,
+            high: $high,
+            default: $default,
+        }
+    };
+    (Whole, $low:expr, $high:expr, $default:expr) => {
+        Kind::Whole {
+            low: $low,
+            high: $high,
+            default: $default,
+        }
+    };
+}
+
+macro_rules! table {
+    ($($number:literal $key:ident: $kind:ident $name:literal, $unit:literal, $low:expr, $high:expr, $default:expr, $takes:ident, $effect:literal;)*) => {
+        #[allow(non_camel_case_types, clippy::upper_case_acronyms)]
+        #[derive(Clone, Copy)]
+        enum Place { $($key,)* }
+
+        $(
+            #[doc = concat!("`", $name, "`: ", $effect)]
+            pub const $key: Key<$kind> = Key::at(Place::$key as usize);
+        )*
+
+        /// All settings, in the order of the page.
+        pub static SETTINGS: [Setting; [$($number,)*].len()] = [
+            $(Setting {
+                number: $number,
+                version: 1,
+                name: $name,
+                unit: $unit,
+                kind: kind!($kind, $low, $high, $default),
+                takes: Takes::$takes,
+                effect: $effect,
+            },)*
+        ];
+    };
+}
+
+table! {
+    1 BOX_START: Whole "box.start", "1", 0, 1, 1, AtStart,
+        "mode after a reset: 0 safe, 1 monitor";
+    2 LINK_HEARTBEAT: Real "link.heartbeat", "s", 0.05, 5.0, 0.5, AtOnce,
+        "outputs go off after this long without a heartbeat of the host";
+    3 TELL_VERDICT: Real "tell.verdict", "s", 0.002, 60.0, 0.05, NextMode,
+        "time between two verdicts; alarms come at once";
+    4 TELL_STATUS: Real "tell.status", "s", 0.01, 60.0, 0.2, AtOnce,
+        "time between two status messages";
+    5 TELL_HEALTH: Real "tell.health", "s", 0.1, 600.0, 1.0, AtOnce,
+        "time between two health messages (deadlines, drops, counts)";
+
+    10 MONITOR_ORDER: Whole "monitor.order", "1", 0, 7, 6, NextMode,
+        "model order: 0 (2,1), 1 (2,2), 2 (4,3), 3 (4,4), 4 (6,5), 5 (6,6), 6 (8,7), 7 (8,8)";
+    11 MONITOR_BAND_LOW: Real "monitor.band-low", "Hz", 10.0, 10000.0, 300.0, NextMode,
+        "lower edge of the band that is analysed";
+    12 MONITOR_BAND_HIGH: Real "monitor.band-high", "Hz", 20.0, 20000.0, 2500.0, NextMode,
+        "upper edge of the band that is analysed";
+    13 MONITOR_THRESHOLD: Real "monitor.threshold", "1", 0.0005, 0.2, 0.01, NextMode,
+        "damping ratio below which a mode counts as undamped";
+    14 MONITOR_MEMORY: Real "monitor.memory", "s", 0.001, 100.0, 0.1, NextMode,
+        "memory of the estimator";
+    15 MONITOR_SPINDLE: Real "monitor.spindle", "Hz", 0.0, 5000.0, 0.0, NextMode,
+        "spindle frequency where it is known; 0: unknown";
+    16 MONITOR_TEETH: Whole "monitor.teeth", "1", 0, 1000, 0, NextMode,
+        "teeth on the cutter where they are known; 0: unknown";
+    17 TACHO_PULSES: Whole "tacho.pulses", "1", 0, 100, 0, NextMode,
+        "pulses of the tacho a turn; 0: there is no tacho";
+    18 TACHO_SILENCE: Real "tacho.silence", "s", 0.05, 60.0, 1.0, AtOnce,
+        "a tacho without a pulse for this long is told as silent";
+
+    30 SUPPLY_LOW: Real "supply.low", "V", 5.0, 100.0, 40.0, AtOnce,
+        "least supply of the power stage";
+    31 SUPPLY_HIGH: Real "supply.high", "V", 10.0, 100.0, 56.0, AtOnce,
+        "greatest supply of the power stage";
+    32 SUPPLY_SPAN: Real "supply.span", "V", 10.0, 200.0, 80.0, AtStart,
+        "supply at the converter's upper end";
+
+    40 CERS_BIAS: Real "cers.bias", "A", 0.05, 2.5, 0.8, NextArm,
+        "bias current of every coil";
+    41 CERS_MOST: Real "cers.most", "A", 0.1, 3.0, 2.5, NextArm,
+        "no target of a coil exceeds this";
+    42 CERS_TRIP: Real "cers.trip", "A", 0.2, 3.7, 3.0, NextArm,
+        "a coil current beyond this is a fault";
+    43 CERS_NOMINAL: Real "cers.nominal", "A", 0.1, 3.0, 1.2, NextArm,
+        "current a winding carries for ever";
+    44 CERS_THERMAL: Real "cers.thermal", "s", 1.0, 1000.0, 100.0, NextArm,
+        "time constant of a winding's heat";
+    45 CERS_SPAN: Real "cers.span", "A", 0.5, 100.0, 8.0, AtStart,
+        "current from one end of a sensor's range to the other";
+    46 CERS_RESISTANCE: Real "cers.resistance", "ohm", 0.05, 50.0, 4.0, NextArm,
+        "resistance of a coil";
+    47 CERS_INDUCTANCE: Real "cers.inductance", "H", 1e-4, 0.1, 4.19e-3, NextArm,
+        "inductance of a coil at the nominal gap";
+    48 CERS_RAMP: Real "cers.ramp", "s", 0.1, 10.0, 0.1, NextArm,
+        "time to the bias current, and back";
+    49 CERS_GAP: Real "cers.gap", "m", 2e-5, 2e-3, 1.5e-4, NextArm,
+        "nominal gap: warned of below 0.5, switched off below 0.35 of it";
+    50 CERS_GAP_SPAN: Real "cers.gap-span", "m", 5e-5, 5e-3, 4e-4, AtStart,
+        "gap at the converter's upper end; 0 at the lower";
+    51 CERS_OVERSPEED: Real "cers.overspeed", "Hz", 1.0, 2000.0, 310.0, AtOnce,
+        "a spindle faster than this is a fault";
+
+    60 LDBB_MOST: Real "ldbb.most", "Pa", 4e4, 9e5, 7.2e5, NextArm,
+        "no pressure set point exceeds this; 1.1 times it is a fault";
+    61 LDBB_REST: Real "ldbb.rest", "Pa", 0.0, 1e5, 4e4, NextArm,
+        "pressure after arming: holds the bar between the balls";
+    62 LDBB_RATE: Real "ldbb.rate", "Pa/s", 1e4, 1e7, 1e6, NextArm,
+        "the set point moves no faster";
+    63 LDBB_TOLERANCE: Real "ldbb.tolerance", "Pa", 5e3, 2e5, 3e4, NextArm,
+        "a pressure this far off the expected one for ldbb.settle is a fault";
+    64 LDBB_SETTLE: Real "ldbb.settle", "s", 0.05, 10.0, 0.5, NextArm,
+        "see ldbb.tolerance";
+    65 LDBB_VALVE_SPAN: Real "ldbb.valve-span", "Pa", 1e5, 2e6, 9e5, AtStart,
+        "pressure the regulator gives at the converter's upper end";
+    66 LDBB_PRESSURE_SPAN: Real "ldbb.pressure-span", "Pa", 1e5, 2e6, 1e6, AtStart,
+        "pressure from 10 % to 90 % of the transducer's range";
+    67 LDBB_GAUGE_SPAN: Real "ldbb.gauge-span", "m", 1e-4, 0.1, 2.4e-3, AtStart,
+        "length from one end of the gauge's range to the other; zero is in its middle";
+    68 LDBB_GAUGE_LIMIT: Real "ldbb.gauge-limit", "m", 1e-5, 0.05, 9e-4, NextArm,
+        "a gauge beyond ± this is a fault";
+    69 LDBB_LAG: Real "ldbb.lag", "s", 0.005, 2.0, 0.1, NextArm,
+        "time constant of regulator and cylinder";
+}
