@@ -163,6 +163,12 @@ fn what_is_wrong_is_one_line() {
     refused(&limit(&word, ""), &word, &["is not a number"]);
     let missing = folder.path().join("nowhere.uff");
     refused(&limit(&missing, ""), &missing, &["no such file"]);
+    // No line where the static stiffness was asked for.
+    refused(
+        &limit(&good, "--static 20:150"),
+        &good,
+        &["too few lines: 6 are needed", "from 200 to 2200 Hz"],
+    );
     // Usage.
     assert_eq!(limit(&good, "--overlap 1.5").code, Some(2));
     assert_eq!(program().run(["els", "limit"]).code, Some(2));

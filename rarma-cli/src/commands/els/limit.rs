@@ -5,6 +5,7 @@ use crate::args::ElsLimitArgs;
 use crate::els::diagram::{Diagram, diagram};
 use crate::failure::Failure;
 use crate::input::{Function, Plane, Role, merge, read_receptances, write_uff};
+use rarma_core::els::{ElsError, static_stiffness};
 use serde::Serialize;
 use std::path::Path;
 
@@ -49,6 +50,18 @@ pub(super) fn main(args: &ElsLimitArgs) -> Result<u8, Failure> {
             "{file}: band: {} lines inside --band (widen it)",
             plane.f_hz.len()
         )));
+    }
+    if let Some((low, high)) = args.static_band {
+        let uu: Vec<_> = plane.g.iter().map(|g| g.resp_u_exc_u).collect();
+        if let Err(why @ ElsError::TooFewLines { .. }) =
+            static_stiffness(&plane.f_hz, &uu, low, high)
+        {
+            let (first, last) = (plane.f_hz[0], plane.f_hz[plane.f_hz.len() - 1]);
+            return Err(Failure::Input(format!(
+                "{file}: --static {low}:{high}: {why} and the lines here are those from {first} to {last} Hz (name a \
+                 band below the first mode, measure further down, or leave --static out)"
+            )));
+        }
     }
     notices(&plane.notices);
     let both = [Role::Uv, Role::Vu]
