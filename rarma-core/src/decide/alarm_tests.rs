@@ -32,6 +32,7 @@ impl Bench {
             surely_free: false,
             in_band: true,
             grew: false,
+            threshold: 0.01,
             evidence: Evidence::default(),
         }
     }

@@ -42,10 +42,10 @@ pub use harmonics::{
     HIGHEST_FLIP_HALVES, LEAST_WIDTH_HZ, Rotation, SPEED_ACCURACY, WIDEST_FRACTION,
 };
 pub use level::{CONTRAST, CUT_RATIO, IdleFinder};
-pub use mode::{Label, Mode, ModeTrack, Reading};
+pub use mode::{Label, Mode, ModeTrack, Reading, SAME_MODE};
 pub use onset::Onset;
 pub use origin::Origin;
-pub use places::Places;
+pub use places::{Places, Sight};
 pub use sequential::{
     DAMPED_RATIO, ENOUGH, ENOUGH_BACK, Evidence, LEAST_USUAL_RATIO, SequentialTest, UNDAMPED_RATIO,
     USUAL_RATIO,

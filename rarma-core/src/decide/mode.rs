@@ -81,6 +81,9 @@ pub struct Reading<T> {
     /// It has grown out of damping, or risen by itself: where its origin is unknown, it
     /// is self-excited.
     pub grew: bool,
+    /// Damping ratio below which it counts as undamped: the setting's, or less for a mode
+    /// that has had little for long.
+    pub threshold: T,
     /// What the sequential test says.
     pub evidence: Evidence<T>,
 }
@@ -132,7 +135,7 @@ const ROTATION_PROVEN_S: f64 = 0.2;
 /// The chatter of a face mill glides through four multiples in its first second.
 const FREE_PROVEN_S: f64 = 0.15;
 /// A mode that jumps further than this (relative) is another one.
-const SAME_MODE: f64 = 0.03;
+pub const SAME_MODE: f64 = 0.03;
 
 impl<T: Real> ModeTrack<T> {
     /// The mode is where it was at the last decision.
@@ -168,7 +171,11 @@ impl<T: Real> ModeTrack<T> {
         config: &AlarmConfig<T>,
         period_s: T,
     ) -> Mode<T> {
-        let undamped = config.undamped(reading.damping);
+        let own = AlarmConfig {
+            threshold: reading.threshold,
+            ..*config
+        };
+        let undamped = own.undamped(reading.damping);
         let loud = config.loud(reading.share, reading.share_of_all);
         let (damping, damping_sd) = reading.damping;
         self.remember_damping(damping, period_s);
@@ -180,7 +187,7 @@ impl<T: Real> ModeTrack<T> {
         let moving = self.is_moving(reading.frequency.0, period_s);
         let credible = loud && reading.in_band && !moving;
         let evidence = if credible {
-            config.evidence(reading.damping)
+            own.evidence(reading.damping)
         } else {
             -T::ONE
         };

@@ -27,6 +27,15 @@ const SEEN_SHARE: f64 = 0.05;
 /// pair is no mode, as a ratio.
 const DAMPED: (f64, f64) = (1.5, 0.2);
 
+/// Damping, in thresholds, above which a mode has some, to be averaged; the memory of that
+/// mean, s, and for how long it is gathered before it counts, s.
+const SOME: f64 = 0.2;
+const MEAN_TAU_S: f64 = 2.0;
+const MEAN_S: f64 = 0.5;
+/// Below this mean, in thresholds, a mode is one of low damping: half of it is less than
+/// the threshold.
+const LOW: f64 = 2.0;
+
 /// One remembered mode.
 #[derive(Debug, Clone, Copy)]
 struct Place<T> {
@@ -35,9 +44,32 @@ struct Place<T> {
     /// Mean square at the mode, input units.
     usual_power: T,
     seen_s: T,
+    /// Mean of the damping, and over how long, s.
+    mean_damping: T,
+    known_s: T,
     missed_s: T,
     /// It rose by itself, this long ago, s.
     rose_s: Option<T>,
+}
+
+impl<T: Real> Place<T> {
+    /// Known for long, and for a low damping.
+    fn is_low(&self, config: &AlarmConfig<T>) -> bool {
+        self.known_s >= T::from_f64(MEAN_S)
+            && self.mean_damping < config.threshold * T::from_f64(LOW)
+    }
+}
+
+/// How loud a mode is that is seen.
+#[derive(Debug, Clone, Copy)]
+pub struct Sight<T> {
+    /// Its part of what nothing explains; 0 for one that is explained.
+    pub share: T,
+    /// Its part of what is left when the spindle's lines are removed; 0 where another pole
+    /// pair at the same place has less damping.
+    pub part: T,
+    /// Mean square at it, input units.
+    pub power: T,
 }
 
 /// The modes that have been seen with damping.
@@ -76,15 +108,21 @@ impl<T: Real> Places<T> {
         &mut self,
         frequency: T,
         damping: T,
-        (share, power): (T, T),
+        sight: &Sight<T>,
         config: &AlarmConfig<T>,
         period_s: T,
     ) {
         let (least, most) = DAMPED;
+        let seen = T::from_f64(SEEN_SHARE);
+        let real = damping < T::from_f64(most);
+        if real && sight.part >= seen && damping > config.threshold * T::from_f64(SOME) {
+            self.average(frequency, damping, sight.power, config, period_s);
+        }
         let damped = damping > config.threshold * T::from_f64(least);
-        if !(damped && damping < T::from_f64(most) && share >= T::from_f64(SEEN_SHARE)) {
+        if !(real && damped && sight.share >= seen) {
             return;
         }
+        let power = sight.power;
         let usual = damping.min(config.threshold * T::from_f64(USUAL_RATIO));
         if let Some(there) = self.at_mut(frequency) {
             there.seen_s = (there.seen_s + period_s).min(T::from_f64(USUAL_TAU_S));
@@ -100,9 +138,50 @@ impl<T: Real> Places<T> {
             usual_damping: usual,
             usual_power: power,
             seen_s: period_s,
+            mean_damping: T::ZERO,
+            known_s: T::ZERO,
             missed_s: T::ZERO,
             rose_s: None,
         });
+    }
+
+    /// The mean damping of a mode, of all readings that are more than a chatter's.
+    fn average(
+        &mut self,
+        frequency: T,
+        damping: T,
+        power: T,
+        config: &AlarmConfig<T>,
+        period_s: T,
+    ) {
+        if let Some(place) = self.at_mut(frequency) {
+            place.known_s = (place.known_s + period_s).min(T::from_f64(MEAN_TAU_S));
+            let gain = (period_s / place.known_s).min(T::ONE);
+            place.mean_damping += gain * (damping - place.mean_damping);
+            place.missed_s = T::ZERO;
+        } else {
+            self.remember(Place {
+                frequency,
+                usual_damping: config.threshold * T::from_f64(2.0),
+                usual_power: power,
+                seen_s: T::ZERO,
+                mean_damping: damping,
+                known_s: period_s,
+                missed_s: T::ZERO,
+                rose_s: None,
+            });
+        }
+    }
+
+    /// Damping ratio below which a mode here counts as undamped: the threshold, or half of
+    /// its mean where that is less. A slender tool far below its limit has 1 %, and reads
+    /// half of it now and then; that is no news.
+    pub fn threshold(&self, frequency: T, config: &AlarmConfig<T>) -> T {
+        self.at(frequency)
+            .filter(|there| there.is_low(config))
+            .map_or(config.threshold, |there| {
+                config.threshold.min(there.mean_damping / T::from_f64(LOW))
+            })
     }
 
     /// A line at this frequency has risen by itself just now.
@@ -117,6 +196,8 @@ impl<T: Real> Places<T> {
             usual_damping: config.threshold * T::from_f64(2.0),
             usual_power: T::ZERO,
             seen_s: T::ZERO,
+            mean_damping: T::ZERO,
+            known_s: T::ZERO,
             missed_s: T::ZERO,
             rose_s: Some(T::ZERO),
         });
@@ -140,9 +221,16 @@ impl<T: Real> Places<T> {
     /// known.
     pub fn usual_damping(&self, frequency: T, config: &AlarmConfig<T>) -> T {
         let unknown = config.threshold * T::from_f64(2.0);
-        self.at(frequency)
-            .filter(|there| there.seen_s >= T::from_f64(WATCHED_S))
-            .map_or(unknown, |there| there.usual_damping)
+        let Some(there) = self.at(frequency) else {
+            return unknown;
+        };
+        if there.is_low(config) {
+            there.mean_damping
+        } else if there.seen_s >= T::from_f64(WATCHED_S) {
+            there.usual_damping
+        } else {
+            unknown
+        }
     }
 
     /// A mode was seen here with damping that it can have lost, and its power has grown
@@ -188,7 +276,12 @@ mod tests {
         let config = AlarmConfig::default();
         for _ in 0..(seconds / PERIOD_S) as usize {
             places.age(PERIOD_S);
-            places.see(f, zeta, (share, 1.0), &config, PERIOD_S);
+            let sight = Sight {
+                share,
+                part: share,
+                power: 1.0,
+            };
+            places.see(f, zeta, &sight, &config, PERIOD_S);
         }
     }
 
@@ -208,6 +301,24 @@ mod tests {
         assert!(places.has_grown(980.0, 9.0));
         watch(&mut places, 980.0, 0.001, 0.9, 2.0);
         assert!(!places.has_grown(980.0, 9.0));
+    }
+
+    #[test]
+    fn a_mode_of_low_damping_is_undamped_at_half_of_it() {
+        let config = AlarmConfig::default();
+        let mut places = Places::default();
+        assert_eq!(places.threshold(980.0, &config), 0.01);
+        watch(&mut places, 980.0, 0.008, 0.5, 0.4);
+        assert_eq!(places.threshold(980.0, &config), 0.01, "too short");
+        watch(&mut places, 980.0, 0.008, 0.5, 1.0);
+        assert!((places.threshold(990.0, &config) - 0.004).abs() < 1e-9);
+        assert!((places.usual_damping(990.0, &config) - 0.008).abs() < 1e-9);
+        // What reads like a chatter does not make it lower, however long it lasts.
+        watch(&mut places, 980.0, 0.0005, 0.9, 4.0);
+        assert!((places.threshold(980.0, &config) - 0.004).abs() < 1e-9);
+        // A mode with damping keeps the setting.
+        watch(&mut places, 500.0, 0.04, 0.5, 1.0);
+        assert_eq!(places.threshold(500.0, &config), 0.01);
     }
 
     #[test]

@@ -97,7 +97,7 @@ pub const UNDAMPED_RATIO: f64 = 0.2;
 /// Highest usual damping that is tested against, in thresholds.
 pub const USUAL_RATIO: f64 = 5.0;
 /// Lowest one, in thresholds.
-pub const LEAST_USUAL_RATIO: f64 = 1.3;
+pub const LEAST_USUAL_RATIO: f64 = 0.4;
 /// Memory of σ², s.
 const VARIANCE_TAU_S: f64 = 0.03;
 /// Most that one sample counts: a shock is no evidence about damping.

@@ -145,6 +145,7 @@ impl<T: Real> Slot<T> {
             in_band: frequency >= around.band.0 && frequency <= around.band.1,
             grew: (around.louder && around.places.has_grown(frequency, here))
                 || around.places.has_risen(frequency),
+            threshold: around.places.threshold(frequency, around.config),
             evidence: self.evidence(),
         };
         (reading, here)

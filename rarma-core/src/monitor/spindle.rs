@@ -15,7 +15,7 @@ use crate::real::Real;
 use serde::{Deserialize, Serialize};
 
 /// Lines that are removed at most.
-const LINES: usize = 32;
+pub(super) const LINES: usize = 32;
 /// A speed that was found is believed for this long without being heard again, s.
 const FOUND_HOLD_S: f64 = 3.0;
 /// After the level has risen from idle to a cut the speed is in doubt for this long, s,
@@ -253,11 +253,10 @@ impl<T: Real> Spindle<T> {
         self.drift.note(speed, period_s);
     }
 
-    /// Power of the loudest line that is removed, input units squared.
-    pub(super) fn loudest_removed(&self) -> T {
+    /// Multiple and power, input units squared, of every line that is removed.
+    pub(super) fn removed(&self) -> impl Iterator<Item = (u32, T)> + '_ {
         let lines = self.lines.iter().flat_map(|lines| lines.lines());
-        let most = lines.fold(T::ZERO, |most, (_, amplitude)| most.max(amplitude));
-        most * most * T::from_f64(0.5)
+        lines.map(|(multiple, amplitude)| (multiple, amplitude * amplitude * T::from_f64(0.5)))
     }
 
     /// The speed moves, or is in doubt, so that its lines come and go.
@@ -286,6 +285,11 @@ impl<T: Real> Spindle<T> {
             Some(_) => lines.measure_speed(speed, sd),
             None => lines.start(speed, sd),
         }
+    }
+
+    /// The lines are removed.
+    pub(super) fn is_locked(&self) -> bool {
+        self.locked().is_some()
     }
 
     /// The lines are there and are removed.

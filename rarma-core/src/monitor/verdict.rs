@@ -2,7 +2,7 @@
 
 use super::slot::{Slot, Surroundings};
 use super::{MAX_MODES, Monitor, Report};
-use crate::decide::{AlarmEvent, CUT_RATIO, Mode, Reading, Reason, State};
+use crate::decide::{AlarmEvent, CUT_RATIO, Mode, Onset, Reading, Reason, SAME_MODE, Sight, State};
 use crate::real::Real;
 use crate::spectrum::{deviation, modal};
 
@@ -59,7 +59,13 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             let mut readings = [None; MAX_MODES];
             self.find_again();
             self.places.age(self.period_s);
-            self.onset.note(self.power, self.period_s);
+            let locked = self.spindle.is_locked();
+            if locked != self.was_locked {
+                // What is left jumps when the lines go, or come back.
+                self.onset = Onset::default();
+                self.was_locked = locked;
+            }
+            self.onset.note(self.rest_power, self.period_s);
             for (k, place) in readings.iter_mut().enumerate().take(P.div_ceil(2)) {
                 *place = self.read_mode(k);
             }
@@ -71,7 +77,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
         }
         let bad = !self.trusts_samples();
         let mut event = AlarmEvent::None;
-        let may_call = cutting && fault.is_none() && !self.onset.is_falling(self.power);
+        let may_call = cutting && fault.is_none() && !self.onset.is_falling(self.rest_power);
         if ready && !bad {
             event = self.alarm.update(&modes, may_call, self.period_s);
         } else if self.alarm.standing().is_some() && self.fault_s > T::from_f64(ALARM_HOLD_S) {
@@ -117,13 +123,12 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
         report.in_order(standing.map(|s| s.slot))
     }
 
-    /// Whether the loudest line that is removed has risen by itself. What is left in the
+    /// Whether a line that is removed has risen by itself. What is left in the
     /// signal is seen as a mode, and judged.
     fn watch_lines(&mut self, cutting: bool) {
-        let loudest = self.spindle.loudest_removed();
         let changing = !cutting || self.spindle.is_changing();
         self.blindness
-            .note(loudest, self.power, changing, self.period_s);
+            .note(self.spindle.removed(), self.power, changing, self.period_s);
     }
 
     /// What rings at idle is not the cut.
@@ -192,11 +197,25 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
                 places: &self.places,
                 config: self.alarm.config(),
                 idle_known: self.idle.idle_level().is_some(),
-                louder: self.onset.is_louder(self.power) && !self.spindle.is_entering(),
+                louder: self.onset.is_louder(self.rest_power) && !self.spindle.is_entering(),
                 power: self.rest_power,
             };
             slot.read(&modal, &sd, &around)
         })
+    }
+
+    /// Whether a pole pair is the least damped one at its place: a model of more poles than
+    /// there are modes puts two at one.
+    fn least_damped(&self, readings: &[Option<(Reading<T>, T)>; MAX_MODES]) -> [bool; MAX_MODES] {
+        let mut least = [true; MAX_MODES];
+        for (reading, least) in readings.iter().zip(&mut least) {
+            let Some((one, _)) = reading else { continue };
+            let (f, zeta) = (one.frequency.0, one.damping.0);
+            *least = !readings.iter().flatten().any(|(other, _)| {
+                (other.frequency.0 - f).abs() < f * T::from_f64(SAME_MODE) && other.damping.0 < zeta
+            });
+        }
+        least
     }
 
     /// Shares of the power that nothing else explains, and the labels.
@@ -214,7 +233,9 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             }
             self.loudest = self.loudest.max(*here);
         }
-        for ((reading, slot), mode) in readings.iter_mut().zip(&mut self.slots).zip(modes) {
+        let places = self.least_damped(readings);
+        let each = readings.iter_mut().zip(&mut self.slots).zip(modes);
+        for (((reading, slot), mode), is_least) in each.zip(places) {
             let Some((reading, here)) = reading else {
                 continue;
             };
@@ -235,12 +256,20 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             self.places.see(
                 f,
                 zeta,
-                (reading.share, *here),
+                &Sight {
+                    share: reading.share,
+                    part: if is_least {
+                        *here / self.rest_power
+                    } else {
+                        T::ZERO
+                    },
+                    power: *here,
+                },
                 self.alarm.config(),
                 self.period_s,
             );
             let line = self.alarm.config().may_be_line(reading.damping);
-            if line && self.onset.rose_alone(*here, self.power) {
+            if line && self.onset.rose_alone(*here, self.rest_power) {
                 self.places.rose(f, self.alarm.config());
             }
             *mode = Some(
