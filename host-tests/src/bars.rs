@@ -13,8 +13,9 @@ use std::env;
 const MISSED: &[&str] = &[
     "forced: signals with an alarm, told, ±10 %/s",
     "forced: seconds in chatter, told, ±10 %/s",
-    "near: neither found nor declared",
-    "near: called before",
+    "near: neither found nor declared, 3 Hz beside a tooth line, told",
+    "near: neither found nor declared, 8 Hz beside a tooth line",
+    "near: neither found nor declared, flip",
     "near: 90 %",
     "cutting: chatter, turning-980",
     "cutting: chatter, slender-bar",
