@@ -11,8 +11,6 @@ use std::env;
 /// Bars that this version misses, in the short or in the long form of the test, by how
 /// their names begin.
 const MISSED: &[&str] = &[
-    "forced: signals with an alarm, told, ±10 %/s",
-    "forced: seconds in chatter, told, ±10 %/s",
     "near: neither found nor declared, 3 Hz beside a tooth line, told",
     "near: neither found nor declared, 8 Hz beside a tooth line",
     "near: neither found nor declared, flip",
