@@ -12,6 +12,10 @@ use crate::spectrum::{LOCKIN_TAU_S, LockIn, Modal, ModalDeviation};
 /// part it does no longer.
 const OVERTONE_RATIO: (f64, f64) = (0.2, 0.05);
 const LINE_SHARE: f64 = 0.03;
+/// A line's frequency is averaged for so long, s; one that jumps by more than this part of
+/// it is another one.
+const LINE_TAU_S: f64 = 0.06;
+const SAME_LINE: f64 = 0.01;
 
 /// A mode's place: its lock-ins, its test and its memory.
 #[derive(Debug, Clone, Copy)]
@@ -21,6 +25,10 @@ pub(super) struct Slot<T> {
     third: LockIn<T>,
     test: SequentialTest<T>,
     overtone: bool,
+    /// Frequency of the line that is loudest at the mode, Hz, and for how long it has been
+    /// averaged, s.
+    line: (T, T),
+    steered: T,
     pub(super) track: ModeTrack<T>,
 }
 
@@ -32,6 +40,8 @@ impl<T: Real> Default for Slot<T> {
             third: LockIn::default(),
             test: SequentialTest::default(),
             overtone: false,
+            line: (T::ZERO, T::ZERO),
+            steered: T::ZERO,
             track: ModeTrack::default(),
         }
     }
@@ -70,6 +80,10 @@ pub(super) struct Surroundings<'a, T> {
     pub(super) louder: bool,
     /// Mean square of the band.
     pub(super) power: T,
+    /// Time since the last decision, s.
+    pub(super) period_s: T,
+    /// Where the amplitude is that of a limit cycle, Hz.
+    pub(super) cycling_hz: Option<T>,
 }
 
 impl<T: Real> Slot<T> {
@@ -107,11 +121,19 @@ impl<T: Real> Slot<T> {
             self.test.reset();
             self.overtone = false;
         }
+        self.follow_line(frequency, around.period_s);
         let angle = T::from_f64(2.0) * T::PI * frequency / around.fs;
         self.at.steer(angle);
         self.half.steer(angle * T::from_f64(0.5));
         self.third.steer(angle * T::from_f64(1.0 / 3.0));
-        let usual = around.places.usual_damping(frequency, around.config);
+        // What was taken for a mode of low damping is none if its amplitude is that of a limit
+        // cycle.
+        let cycles = around.cycling_hz.is_some_and(|f| self.track.is_at(f));
+        let usual = if cycles {
+            around.config.threshold * T::from_f64(2.0)
+        } else {
+            around.places.usual_damping(frequency, around.config)
+        };
         self.test.steer(angle, around.config.threshold, usual);
         let here = self.at.power();
         self.overtone = self.is_overtone(frequency, sd.frequency, around);
@@ -122,9 +144,13 @@ impl<T: Real> Slot<T> {
         } else {
             sd.frequency
         };
-        let harmonic = around.rotation.harmonic(frequency, spread);
-        let certain = around.rotation.without_doubt();
-        let certain = certain.harmonic(frequency, sd.frequency).is_some();
+        let sure = around.rotation.without_doubt();
+        // A pole that stands for a line and a mode beside it lies between them.
+        let undamped = modal.damping < around.config.threshold && !around.spindle.is_locked();
+        let line = self.line_hz().filter(|_| undamped);
+        let of_line = line.and_then(|line| sure.harmonic(line, T::ZERO));
+        let harmonic = around.rotation.harmonic(frequency, spread).or(of_line);
+        let certain = sure.harmonic(frequency, sd.frequency).or(of_line).is_some();
         // What was proven not to be forced stays so where only the doubt reaches.
         let harmonic = harmonic.filter(|_| certain || !self.track.is_proven_free());
         let origin = self.origin(frequency, sd.frequency, harmonic, around);
@@ -145,10 +171,35 @@ impl<T: Real> Slot<T> {
             in_band: frequency >= around.band.0 && frequency <= around.band.1,
             grew: (around.louder && around.places.has_grown(frequency, here))
                 || around.places.has_risen(frequency),
-            threshold: around.places.threshold(frequency, around.config),
+            threshold: if cycles {
+                around.config.threshold
+            } else {
+                around.places.threshold(frequency, around.config)
+            },
             evidence: self.evidence(),
         };
         (reading, here)
+    }
+
+    /// The frequency at which the component turns that the lock-in has heard.
+    fn follow_line(&mut self, frequency: T, period_s: T) {
+        let slip = self.at.slipped();
+        let (line, heard_s) = self.line;
+        let jumped = (frequency - self.steered).abs() > frequency * T::from_f64(SAME_LINE);
+        let there = self.steered - slip / (T::from_f64(2.0) * T::PI * period_s);
+        self.line = if jumped || !there.is_finite() {
+            (frequency, T::ZERO)
+        } else {
+            let heard_s = (heard_s + period_s).min(T::from_f64(LINE_TAU_S));
+            (line + (there - line) * (period_s / heard_s), heard_s)
+        };
+        self.steered = frequency;
+    }
+
+    /// Frequency of the line, Hz, once it is known.
+    fn line_hz(&self) -> Option<T> {
+        let (line, heard_s) = self.line;
+        (heard_s >= T::from_f64(LINE_TAU_S)).then_some(line)
     }
 
     fn evidence(&self) -> Evidence<T> {
@@ -176,7 +227,11 @@ impl<T: Real> Slot<T> {
         if around.idle_known && around.background.explains(frequency, sd, amplitude) {
             return Origin::Background;
         }
-        if around.rotation.spindle_hz.is_none() || around.spindle.is_doubtful(frequency, sd) {
+        let spindle = around.spindle;
+        if around.rotation.spindle_hz.is_none()
+            || spindle.is_doubtful(frequency, sd)
+            || spindle.is_unproven(frequency, around.idle_known)
+        {
             return Origin::Unknown;
         }
         Origin::Free

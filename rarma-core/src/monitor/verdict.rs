@@ -2,7 +2,9 @@
 
 use super::slot::{Slot, Surroundings};
 use super::{MAX_MODES, Monitor, Report};
-use crate::decide::{AlarmEvent, CUT_RATIO, Mode, Onset, Reading, Reason, SAME_MODE, Sight, State};
+use crate::decide::{
+    AlarmEvent, CUT_RATIO, Mode, Onset, Origin, Reading, Reason, SAME_MODE, Sight, State,
+};
 use crate::real::Real;
 use crate::spectrum::{deviation, modal};
 
@@ -199,6 +201,8 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
                 idle_known: self.idle.idle_level().is_some(),
                 louder: self.onset.is_louder(self.rest_power) && !self.spindle.is_entering(),
                 power: self.rest_power,
+                period_s: self.period_s,
+                cycling_hz: self.amplitude.cycling_hz(),
             };
             slot.read(&modal, &sd, &around)
         })
@@ -258,7 +262,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
                 zeta,
                 &Sight {
                     share: reading.share,
-                    part: if is_least {
+                    part: if is_least && reading.origin == Origin::Free {
                         *here / self.rest_power
                     } else {
                         T::ZERO

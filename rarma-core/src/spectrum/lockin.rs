@@ -20,6 +20,7 @@ pub struct LockIn<T> {
     turn: (T, T),
     first: (T, T),
     second: (T, T),
+    before: (T, T),
 }
 
 impl<T: Real> Default for LockIn<T> {
@@ -29,6 +30,7 @@ impl<T: Real> Default for LockIn<T> {
             turn: (T::ONE, T::ZERO),
             first: (T::ZERO, T::ZERO),
             second: (T::ZERO, T::ZERO),
+            before: (T::ZERO, T::ZERO),
         }
     }
 }
@@ -62,6 +64,15 @@ impl<T: Real> LockIn<T> {
     pub fn power(&self) -> T {
         let (re, im) = self.second;
         T::from_f64(2.0) * (re * re + im * im)
+    }
+
+    /// By how much the phase of the component has fallen behind the rotor since the last
+    /// call, rad: (ω − ω_signal)·time, within ±π; 0 where there is nothing.
+    pub fn slipped(&mut self) -> T {
+        let (re, im) = self.second;
+        let (x, y) = self.before;
+        self.before = self.second;
+        (im * x - re * y).atan2(re * x + im * y)
     }
 
     /// Peak amplitude of the component, input units.

@@ -4,13 +4,15 @@
 //! trust: a tacho; the lines in the sound at, or near, the speed that was told; lines in
 //! the sound that nobody told of; the told speed itself.
 
+mod belief;
+
 use super::MonitorConfig;
 use super::drift::Drift;
 use crate::condition::{
     Finding, Lock, SpeedFinder, SpeedFinderConfig, SpindleLines, SpindleLinesConfig, Tacho,
     TachoConfig, TachoFault,
 };
-use crate::decide::{Rotation, SPEED_ACCURACY};
+use crate::decide::SPEED_ACCURACY;
 use crate::real::Real;
 use serde::{Deserialize, Serialize};
 
@@ -28,11 +30,6 @@ const UNCONFIRMED: (f64, f64) = (0.8, 0.02);
 /// Parts of the told speed up to which a speed that is heard may stand for it: most
 /// machines' overrides reach further down, where the sound contradicts the setting.
 const OVERRIDE: (f64, f64) = (0.75, 1.25);
-/// What a speed read off lines or a tacho is taken for at best, as a part of it, and
-/// the standard deviations that stand for its width.
-const READ_ACCURACY: f64 = 3e-4;
-const READ_WIDTH: f64 = 3.0;
-
 /// Who says the speed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum SpeedSource {
@@ -298,82 +295,6 @@ impl<T: Real> Spindle<T> {
         (lines.lock() == Lock::Locked)
             .then(|| lines.spindle_hz())
             .flatten()
-    }
-
-    /// The speed in use: its value, its relative uncertainty, who says so.
-    fn speed(&self) -> Option<(T, T, SpeedSource)> {
-        let read = |(speed, sd): (T, T), source| {
-            let width = (sd * T::from_f64(READ_WIDTH) / speed).max(T::from_f64(READ_ACCURACY));
-            (speed, width, source)
-        };
-        if let Some(tacho) = self.tacho_reading {
-            return Some(read(tacho, SpeedSource::Tacho));
-        }
-        if let Some(locked) = self.locked() {
-            return Some(read(locked, SpeedSource::Sound));
-        }
-        if let Some((found, _)) = self.found {
-            let (speed, width, source) = read(found, SpeedSource::Sound);
-            return Some((speed, width.max(T::from_f64(SPEED_ACCURACY)), source));
-        }
-        self.told
-            .map(|told| (told, T::from_f64(SPEED_ACCURACY), SpeedSource::Told))
-    }
-
-    /// The multiples that count as forced now.
-    pub(super) fn rotation(&self) -> Rotation<T> {
-        let Some((speed, width, source)) = self.speed() else {
-            return Rotation::default();
-        };
-        let doubt = match source {
-            SpeedSource::Tacho => T::ZERO,
-            _ => self.doubt(speed),
-        };
-        Rotation {
-            spindle_hz: Some(speed),
-            // Half the tooth frequency means something for the spindle's own multiples.
-            teeth: self.teeth,
-            accuracy: width,
-            doubt,
-        }
-    }
-
-    /// How far a speed that no tacho measures may be off, as a part of it.
-    fn doubt(&self, speed: T) -> T {
-        let snapshot = self.found_at_entry && !self.was_locked;
-        let mut doubt = T::ZERO;
-        if self.entering_s > T::ZERO || snapshot {
-            doubt = T::from_f64(ENTERING.1);
-        }
-        if self.unconfirmed_s > T::ZERO && !self.was_locked {
-            doubt = doubt.max(T::from_f64(UNCONFIRMED.1));
-        }
-        // One that moves may move on, and what follows it is late.
-        let drift = self.drift.of(speed).min(T::from_f64(UNCONFIRMED.1));
-        doubt.max(drift)
-    }
-
-    /// A line off all multiples is not forced: the speed is heard, or is in doubt, which
-    /// is counted.
-    pub(super) fn vouches(&self) -> bool {
-        self.is_heard() || self.rotation().doubt > T::ZERO
-    }
-
-    /// The speed is heard, not merely told.
-    pub(super) fn is_heard(&self) -> bool {
-        self.speed()
-            .is_some_and(|(_, _, source)| source != SpeedSource::Told)
-    }
-
-    /// `f` lies on a comb that may be one of rotation or the overtones of a chatter.
-    pub(super) fn is_doubtful(&self, f: T, sd: T) -> bool {
-        let comb = Rotation {
-            spindle_hz: self.doubtful.map(|(speed, _)| speed),
-            teeth: None,
-            accuracy: T::from_f64(SPEED_ACCURACY),
-            doubt: T::ZERO,
-        };
-        comb.harmonic(f, sd).is_some()
     }
 
     /// For the report.
