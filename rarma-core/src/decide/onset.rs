@@ -9,7 +9,7 @@ use crate::real::Real;
 /// Steps of history, and the length of one, s.
 const STEPS: usize = 10;
 const STEP_S: f64 = 0.05;
-/// The line alone has this many times (9 dB) the power that the whole band had …
+/// The line alone has this many times (9 dB) the power that all had together …
 const ALONE: f64 = 8.0;
 /// … and everything else no more than this many times (6 dB).
 const OTHERS: f64 = 4.0;
@@ -20,10 +20,12 @@ const LOUDER: f64 = 2.0;
 /// Of the power a moment ago: less is dying away.
 const FALLING: f64 = 0.6;
 
-/// The band's power over the last half second.
+/// The power of what no line explains, over the last half second, and of all of the band.
 #[derive(Debug, Clone)]
 pub struct Onset<T> {
     history: [T; STEPS],
+    /// All of the band, newest first.
+    band: [T; 2],
     filled: usize,
     left_s: T,
     usual: T,
@@ -33,6 +35,7 @@ impl<T: Real> Default for Onset<T> {
     fn default() -> Self {
         Self {
             history: [T::ZERO; STEPS],
+            band: [T::ZERO; 2],
             filled: 0,
             left_s: T::ZERO,
             usual: T::ZERO,
@@ -41,8 +44,10 @@ impl<T: Real> Default for Onset<T> {
 }
 
 impl<T: Real> Onset<T> {
-    /// Time passes; `power` is the mean square of the band now.
-    pub fn note(&mut self, power: T, period_s: T) {
+    /// Time passes; `power` is the mean square of the band now, without the lines that are
+    /// removed, and `band` with them: lines that have just gone are still subtracted, so
+    /// that what is left rises where a cut ends.
+    pub fn note(&mut self, power: T, band: T, period_s: T) {
         self.left_s -= period_s;
         if self.left_s > T::ZERO {
             return;
@@ -56,19 +61,27 @@ impl<T: Real> Onset<T> {
         if let Some(newest) = self.history.first_mut() {
             *newest = power;
         }
+        self.band = [band, self.band[0]];
         self.filled = (self.filled + 1).min(STEPS);
     }
 
-    /// The band is louder by 3 dB than it was over the last seconds.
+    /// What is left jumps when the lines go, or come back: it begins anew.
+    pub fn begin_anew(&mut self) {
+        *self = Self {
+            band: self.band,
+            ..Self::default()
+        };
+    }
+
+    /// What is left is louder by 3 dB than it was over the last seconds.
     pub fn is_louder(&self, power: T) -> bool {
         self.filled > 0 && power > self.usual * T::from_f64(LOUDER)
     }
 
-    /// The vibration is dying away: less by 2 dB than 0.05 to 0.1 s ago. What rings on
-    /// at the end of a cut is no chatter.
-    pub fn is_falling(&self, power: T) -> bool {
-        let before = self.history.get(1).filter(|_| self.filled > 1);
-        before.is_some_and(|before| power < *before * T::from_f64(FALLING))
+    /// The vibration is dying away: less by 2 dB in all of the band than 0.05 to 0.1 s
+    /// ago. What rings on at the end of a cut is no chatter.
+    pub fn is_falling(&self, band: T) -> bool {
+        band < self.band[1] * T::from_f64(FALLING)
     }
 
     /// The line of power `line` in a band of power `power` has risen by itself within
@@ -92,7 +105,7 @@ mod tests {
         let mut onset = Onset::default();
         for (power, seconds) in powers {
             for _ in 0..(seconds / 0.002) as usize {
-                onset.note(*power, 0.002);
+                onset.note(*power, *power, 0.002);
             }
         }
         onset

@@ -2,9 +2,7 @@
 
 use super::slot::{Slot, Surroundings};
 use super::{MAX_MODES, Monitor, Report};
-use crate::decide::{
-    AlarmEvent, CUT_RATIO, Mode, Onset, Origin, Reading, Reason, SAME_MODE, Sight, State,
-};
+use crate::decide::{AlarmEvent, CUT_RATIO, Mode, Reading, Reason, SAME_MODE, Sight, State};
 use crate::real::Real;
 use crate::spectrum::{deviation, modal};
 
@@ -63,11 +61,10 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             self.places.age(self.period_s);
             let locked = self.spindle.is_locked();
             if locked != self.was_locked {
-                // What is left jumps when the lines go, or come back.
-                self.onset = Onset::default();
+                self.onset.begin_anew();
                 self.was_locked = locked;
             }
-            self.onset.note(self.rest_power, self.period_s);
+            self.onset.note(self.rest_power, self.power, self.period_s);
             for (k, place) in readings.iter_mut().enumerate().take(P.div_ceil(2)) {
                 *place = self.read_mode(k);
             }
@@ -79,7 +76,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
         }
         let bad = !self.trusts_samples();
         let mut event = AlarmEvent::None;
-        let may_call = cutting && fault.is_none() && !self.onset.is_falling(self.rest_power);
+        let may_call = cutting && fault.is_none() && !self.onset.is_falling(self.power);
         if ready && !bad {
             event = self.alarm.update(&modes, may_call, self.period_s);
         } else if self.alarm.standing().is_some() && self.fault_s > T::from_f64(ALARM_HOLD_S) {
@@ -262,7 +259,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
                 zeta,
                 &Sight {
                     share: reading.share,
-                    part: if is_least && reading.origin == Origin::Free {
+                    part: if is_least {
                         *here / self.rest_power
                     } else {
                         T::ZERO
