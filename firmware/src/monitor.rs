@@ -4,16 +4,20 @@ use crate::notices::Notices;
 use rarma_core::AnyMonitor;
 use rarma_core::condition::HealthCounts;
 use rarma_core::decide::{AlarmEvent, Histogram};
-use rarma_core::monitor::{MonitorError, Report};
+use rarma_core::monitor::{MonitorConfig, MonitorError, Report};
 use rarma_core::wire::{AlarmMessage, Finished, HistogramMessage, MonitorJob, Telemetry, Verdict};
 
 /// The distribution of the followed mode's amplitude is told this often, s.
 const HISTOGRAM_S: f64 = 1.0;
 
 /// Listens, and says at the rate asked for what it hears; alarms at once.
+///
+/// A duty is 21 KB: a board with little memory keeps one in a static, idle at first, and
+/// has it [`begin`](Self::begin) there.
 #[derive(Debug, Clone)]
 pub struct MonitorDuty {
-    monitor: AnyMonitor<f32>,
+    /// None while idle.
+    monitor: Option<AnyMonitor<f32>>,
     telling: Telling,
 }
 
@@ -23,10 +27,31 @@ impl MonitorDuty {
     /// # Errors
     /// The setting that is out of range.
     pub fn new(job: &MonitorJob) -> Result<Self, MonitorError> {
-        Ok(Self {
-            monitor: AnyMonitor::new(&job.monitor)?,
-            telling: Telling::new(job),
-        })
+        let mut duty = Self::idle();
+        duty.begin(job)?;
+        Ok(duty)
+    }
+
+    /// A duty that takes no notice of samples.
+    pub fn idle() -> Self {
+        Self {
+            monitor: None,
+            telling: Telling::new(&MonitorJob {
+                monitor: MonitorConfig::new(1.0),
+                channel: 0,
+                every_s: 1.0,
+            }),
+        }
+    }
+
+    /// Begins a job, whatever it did before.
+    ///
+    /// # Errors
+    /// The setting that is out of range; the duty is then as it was.
+    pub fn begin(&mut self, job: &MonitorJob) -> Result<(), MonitorError> {
+        AnyMonitor::place(&mut self.monitor, &job.monitor)?;
+        self.telling = Telling::new(job);
+        Ok(())
     }
 
     /// First message of the run.
@@ -37,20 +62,25 @@ impl MonitorDuty {
     /// Takes one sample; hands what there is to say to `say`.
     #[inline]
     pub fn sample(&mut self, x: f32, say: &mut impl FnMut(&Telemetry)) {
-        if let Some(report) = self.monitor.push(x) {
-            let histogram = || self.monitor.histogram();
-            self.telling.report(&report, histogram, say);
+        if let Some(monitor) = &mut self.monitor
+            && let Some(report) = monitor.push(x)
+        {
+            self.telling.report(&report, || monitor.histogram(), say);
         }
     }
 
     /// A tacho pulse has just come, `fraction` of a sample before the newest sample.
     pub fn pulse(&mut self, fraction: f32) {
-        self.monitor.pulse(fraction);
+        if let Some(monitor) = &mut self.monitor {
+            monitor.pulse(fraction);
+        }
     }
 
     /// The source lost samples.
     pub fn missing(&mut self, samples: u32) {
-        self.monitor.missing(samples);
+        if let Some(monitor) = &mut self.monitor {
+            monitor.missing(samples);
+        }
     }
 
     /// Last message of the run.
@@ -60,13 +90,15 @@ impl MonitorDuty {
         late_blocks: u32,
         dropped_frames: u32,
     ) -> Telemetry {
+        let heard = self.monitor.as_ref();
+        let (samples, health) = heard.map_or_else(Default::default, |monitor| {
+            (monitor.samples(), monitor.health())
+        });
         Telemetry::Finished(Finished {
             longest_block_us,
             late_blocks,
             dropped_frames,
-            ..self
-                .telling
-                .finished(self.monitor.samples(), self.monitor.health())
+            ..self.telling.finished(samples, health)
         })
     }
 }

@@ -6,8 +6,14 @@ use std::process::Command;
 use crate::toolchain::ArmToolchain;
 use crate::{EMULATED_BOARD, Failure, Result, TARGET, Workspace, process};
 
-/// The cargo profile of every image.
-const PROFILE: &str = "fw";
+/// The cargo profile of a board's images: on a chip with little flash, the small one.
+fn profile(board: &str) -> &'static str {
+    if board == EMULATED_BOARD {
+        "fw"
+    } else {
+        "fw-small"
+    }
+}
 
 /// Cargo options that choose what is built; with one of them no choice is made here.
 const SELECTORS: [&str; 7] = [
@@ -148,7 +154,7 @@ impl Request {
             "--target",
             TARGET,
             "--profile",
-            PROFILE,
+            profile(&self.board),
             "--features",
         ]
         .map(str::to_owned)
@@ -174,12 +180,12 @@ impl Request {
     }
 }
 
-/// Path of a linked image, by the name of its binary.
-pub fn elf_path(workspace: &Workspace, binary: &str) -> PathBuf {
+/// Path of a board's linked image, by the name of its binary.
+pub fn elf_path(workspace: &Workspace, board: &str, binary: &str) -> PathBuf {
     workspace
         .firmware_target_dir()
         .join(TARGET)
-        .join(PROFILE)
+        .join(profile(board))
         .join(binary)
 }
 
@@ -201,7 +207,7 @@ pub fn build_image(workspace: &Workspace, board: &str) -> Result<PathBuf> {
     let toolchain = ArmToolchain::find_or_make(workspace)?;
     let request = Request::build(board);
     process::run(&mut command(workspace, &toolchain, &request))?;
-    Ok(elf_path(workspace, board))
+    Ok(elf_path(workspace, board, board))
 }
 
 /// Boards that have a memory map.
@@ -253,7 +259,10 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
         return Ok(process::exit_code(status));
     }
     if request.print_elf {
-        println!("{}", elf_path(workspace, request.binary()).display());
+        println!(
+            "{}",
+            elf_path(workspace, &request.board, request.binary()).display()
+        );
     }
     Ok(0)
 }

@@ -169,7 +169,11 @@ fn firmware_image(bench: &mut Bench<'_>) -> Result<Outcome> {
         &fw::Request::build(EMULATED_BOARD),
     );
     let outcome = bench.pass_if(&mut build)?;
-    bench.image = Some(fw::elf_path(bench.workspace, EMULATED_BOARD));
+    bench.image = Some(fw::elf_path(
+        bench.workspace,
+        EMULATED_BOARD,
+        EMULATED_BOARD,
+    ));
     Ok(outcome)
 }
 
