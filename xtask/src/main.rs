@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use xtask::{Failure, Workspace, count, demo, fw, qemu, verify};
+use xtask::{Failure, Workspace, chip, count, demo, fw, qemu, verify};
 
 const HELP: &str = "\
 The workspace's own commands.
@@ -16,6 +16,9 @@ The workspace's own commands.
       --list                    name the kernels
       --markdown FILE           write the table between the markers in FILE
       --check FILE              fail if a count is 2 % off the table in FILE
+  cargo xtask chip              what the image for the NUCLEO-G474RE takes of its chip
+      --markdown FILE           write the table between the markers in FILE
+      --check FILE              fail if a figure differs from the table in FILE
   cargo xtask qemu ELF [ARGS]   run one image in QEMU, its log decoded
 ";
 
@@ -29,6 +32,7 @@ fn main() -> ExitCode {
         "demo" => demo::main(&workspace, &rest),
         "verify" => verify::main(&workspace, &rest),
         "count" => count::main(&workspace, &rest),
+        "chip" => chip::main(&workspace, &rest),
         "" | "help" | "-h" | "--help" => {
             print!("{HELP}");
             Ok(0)
