@@ -54,6 +54,16 @@ impl MonitorDuty {
         Ok(())
     }
 
+    /// Whether it takes no notice of samples.
+    pub fn is_idle(&self) -> bool {
+        self.monitor.is_none()
+    }
+
+    /// Takes no notice of samples from now on.
+    pub fn end(&mut self) {
+        self.monitor = None;
+    }
+
     /// First message of the run.
     pub fn started(&self) -> Telemetry {
         self.telling.started()
@@ -107,10 +117,13 @@ impl MonitorDuty {
 #[derive(Debug, Clone)]
 pub struct Telling {
     job: MonitorJob,
-    /// Sample of the next line, and how many lines there have been.
+    /// Sample of the next line, and what is over in 2^-32 of a sample.
     next_line: u64,
-    lines: u32,
-    every_samples: f64,
+    next_part: u32,
+    /// Samples between two lines, likewise: whole numbers, so that rounding never adds up,
+    /// and no double precision where samples are taken.
+    every: u64,
+    every_part: u32,
     state_samples: [u64; 6],
     counted_to: u64,
     standing: Option<(f32, f32)>,
@@ -119,26 +132,23 @@ pub struct Telling {
     next_histogram: u64,
     histogram_samples: u64,
     locked_samples: u64,
-    /// Sums over decisions of the power removed and of the band's: double, since a
-    /// shift has more decisions than a single-precision sum can count.
-    removed: f64,
-    heard: f64,
+    /// Sums over decisions of the power removed and of the band's.
+    removed: LongSum,
+    heard: LongSum,
 }
 
 impl Telling {
     /// Nothing has been said yet.
     pub fn new(job: &MonitorJob) -> Self {
-        let every_samples = job.every_s * job.monitor.fs_hz;
+        let every = (job.every_s * job.monitor.fs_hz).max(1.0) * PARTS;
+        let (every, every_part) = ((every / PARTS) as u64, (every % PARTS) as u32);
         let histogram_samples = ((HISTOGRAM_S * job.monitor.fs_hz) as u64).max(1);
         Self {
             job: *job,
-            next_line: every_samples as u64,
-            lines: 1,
-            every_samples: if every_samples >= 1.0 {
-                every_samples
-            } else {
-                1.0
-            },
+            next_line: every,
+            next_part: every_part,
+            every,
+            every_part,
             state_samples: [0; 6],
             counted_to: 0,
             standing: None,
@@ -146,8 +156,8 @@ impl Telling {
             next_histogram: histogram_samples,
             histogram_samples,
             locked_samples: 0,
-            removed: 0.0,
-            heard: 0.0,
+            removed: LongSum::default(),
+            heard: LongSum::default(),
         }
     }
 
@@ -168,8 +178,8 @@ impl Telling {
             state_samples: self.state_samples,
             health,
             locked_samples: self.locked_samples,
-            removed_fraction: if self.heard > 0.0 {
-                (self.removed / self.heard) as f32
+            removed_fraction: if self.heard.value() > 0.0 {
+                (self.removed.value() / self.heard.value()) as f32
             } else {
                 0.0
             },
@@ -195,8 +205,8 @@ impl Telling {
         if report.spindle.locked {
             self.locked_samples += passed;
         }
-        self.removed += f64::from(report.spindle.removed_power);
-        self.heard += f64::from(report.level * report.level);
+        self.removed.add(report.spindle.removed_power);
+        self.heard.add(report.level * report.level);
         self.counted_to = report.sample;
         self.standing = report.standing;
         let alarm = |on, frequency, damping| {
@@ -231,10 +241,80 @@ impl Telling {
         }
         if report.sample >= self.next_line {
             say(&Telemetry::Verdict(Verdict::from_report(report)));
-            // Slow path: multiples of the interval, so that its rounding never adds up.
             while self.next_line <= report.sample {
-                self.lines += 1;
-                self.next_line = (f64::from(self.lines) * self.every_samples) as u64;
+                self.line_said();
+            }
+        }
+    }
+
+    /// The next line is one interval later.
+    fn line_said(&mut self) {
+        let (part, carry) = self.next_part.overflowing_add(self.every_part);
+        self.next_part = part;
+        self.next_line += self.every + u64::from(carry);
+    }
+}
+
+/// Parts of a sample, see [`Telling`].
+const PARTS: f64 = 4_294_967_296.0;
+
+/// A sum of more numbers than one of single precision can count: what each addition loses
+/// is summed beside it (Neumaier's compensation).
+#[derive(Debug, Clone, Copy, Default)]
+struct LongSum {
+    sum: f32,
+    lost: f32,
+}
+
+impl LongSum {
+    fn add(&mut self, x: f32) {
+        let sum = self.sum + x;
+        self.lost += if self.sum.abs() >= x.abs() {
+            (self.sum - sum) + x
+        } else {
+            (x - sum) + self.sum
+        };
+        self.sum = sum;
+    }
+
+    fn value(&self) -> f64 {
+        f64::from(self.sum) + f64::from(self.lost)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_sum_keeps_what_single_precision_loses() {
+        let (mut sum, mut plain, mut exact) = (LongSum::default(), 0.0f32, 0.0f64);
+        for k in 0..40_000_000u32 {
+            let x = 0.1 + (k & 7) as f32 * 0.01;
+            sum.add(x);
+            plain += x;
+            exact += f64::from(x);
+        }
+        assert!((sum.value() / exact - 1.0).abs() < 1e-9, "{}", sum.value());
+        assert!((f64::from(plain) / exact - 1.0).abs() > 0.1);
+    }
+
+    #[test]
+    fn lines_stand_at_multiples_of_their_interval() {
+        for (fs_hz, every_s) in [(48_000.0, 0.01), (44_100.0, 0.1), (6_000.0, 1.0 / 7.0)] {
+            let mut telling = Telling::new(&MonitorJob {
+                monitor: MonitorConfig::new(fs_hz),
+                channel: 0,
+                every_s,
+            });
+            for line in 1..100_000u64 {
+                let exact = line as f64 * every_s * fs_hz;
+                let off = telling.next_line as f64 - exact;
+                assert!(
+                    (-1.0..=1e-3).contains(&off),
+                    "{fs_hz} {every_s} {line}: {off}"
+                );
+                telling.line_said();
             }
         }
     }

@@ -56,9 +56,25 @@ pub struct SensorBox {
     alive: bool,
 }
 
+/// What a start has found, to be said once the box is in its place.
+#[derive(Debug, Clone, Copy)]
+pub struct Opening {
+    now_us: u64,
+    past: Option<FaultRecord>,
+    loaded: Loaded,
+}
+
 impl SensorBox {
     /// Starts: reads why there was a reset and what is stored, and says so. Outputs are off.
     pub fn start<B: BoxBoard>(board: &mut B) -> Self {
+        let (mut this, opening) = Self::prepare(board);
+        this.open(board, opening);
+        this
+    }
+
+    /// First half of [`Self::start`], for a board that keeps the box in a static because it
+    /// is large: reads why there was a reset and what is stored.
+    pub fn prepare<B: BoxBoard>(board: &mut B) -> (Self, Opening) {
         board.drop_outputs();
         let now_us = board.now_us();
         let (started, before, past) = past(board, now_us);
@@ -68,7 +84,7 @@ impl SensorBox {
         let loaded = store::load_from(board, &mut settings);
         // Not armed with this plan: arming makes its own and refuses settings that disagree.
         let plan = RigPlan::unchecked(&settings, B::LOOP_RATE_HZ);
-        let mut this = Self {
+        let this = Self {
             supervisor: Supervisor::new(past),
             listening: Listening::new(B::SAMPLE_RATE_HZ),
             rig: RigDuty::new(plan),
@@ -89,17 +105,27 @@ impl SensorBox {
             started,
             before,
         };
-        let hello = crate::commands::identity::<B>(&this);
-        this.tell.tell(board, &Telemetry::Hello(hello));
-        if let Some(record) = past {
-            this.tell.fault(board, record, Severity::Trip, Mode::Safe);
+        let opening = Opening {
+            now_us,
+            past,
+            loaded,
+        };
+        (this, opening)
+    }
+
+    /// Second half of [`Self::start`]: says what was found, and begins to listen if the
+    /// settings say so.
+    pub fn open<B: BoxBoard>(&mut self, board: &mut B, opening: Opening) {
+        let hello = crate::commands::identity::<B>(self);
+        self.tell.tell(board, &Telemetry::Hello(hello));
+        if let Some(record) = opening.past {
+            self.tell.fault(board, record, Severity::Trip, Mode::Safe);
         }
-        this.tell_loaded(board, now_us, loaded);
-        if this.settings.whole(BOX_START) == 1 {
+        self.tell_loaded(board, opening.now_us, opening.loaded);
+        if self.settings.whole(BOX_START) == 1 {
             // Settings that do not fit leave the box in Safe; the host sees the mode.
-            let _ = this.start_mode(board, Mode::Monitor);
+            let _ = self.start_mode(board, Mode::Monitor);
         }
-        this
     }
 
     fn tell_loaded<B: BoxBoard>(&mut self, board: &mut B, now_us: u64, loaded: Loaded) {

@@ -1,7 +1,5 @@
 """Converters, comparators, the microphones' DMA, and the coils behind the sensors."""
 
-import math
-
 ADC = {1: 0x5000_0000, 2: 0x5000_0100, 3: 0x5000_0400, 4: 0x5000_0500, 5: 0x5000_0600}
 ISR, IER, CR, CFGR, CFGR2, SQR1, DR, JSQR, JDR1 = 0, 4, 8, 0xC, 0x10, 0x30, 0x40, 0x4C, 0x80
 TIM6 = 0x4000_1000
@@ -20,9 +18,11 @@ EXTSEL_TIM6_TRGO, JEXTSEL_TIM1_TRGO2 = 13, 8
 REFERENCE_V = 3.3
 NEVER = 1 << 62
 
-# The coils: current sensors of 0.2 V/A around half the reference, 4.19 mH, 2 ohm, 48 V.
+# The coils as the settings have them: sensors of 8 A from end to end around half the
+# reference, 4.19 mH, 4 ohm, 48 V to both sides.
 SENSE_PINS = ("PB1", "PB0", "PB13", "PB14")
-SENSE_V_PER_A, INDUCTANCE_H, RESISTANCE_OHM, SUPPLY_V = 0.2, 4.19e-3, 2.0, 48.0
+SENSE_V_PER_A, INDUCTANCE_H, RESISTANCE_OHM, SUPPLY_V = 3.3 / 8, 4.19e-3, 4.0, 48.0
+GAP_PINS = ("PB12", "PB15")
 
 
 class Analog:
@@ -30,14 +30,15 @@ class Analog:
 
     def __init__(self, bus):
         self.bus = bus
-        self.volts = {"PB12": 1.65, "PB15": 1.65, "PA8": 0.5, "PA9": 1.65, "PB11": 2.2}
+        self.volts = {"PB12": 1.24, "PB15": 1.24, "PA8": 0.5, "PA9": 1.65, "PB11": 1.98}
         self.sounds = {}
         self.sampling_since = None
         self.taken = 0
         self.flags = dict.fromkeys(ADC, 0)
         self.results = {}
         self.current_a = [0.0] * 4
-        self.forced = {}
+        self.forced = set()
+        self.turn = 1
 
     # --- microphones
 
@@ -113,12 +114,18 @@ class Analog:
             i = self.current_a[k]
             i += (SUPPLY_V * drive - RESISTANCE_OHM * i) / INDUCTANCE_H * dt
             self.current_a[k] = max(i, 0.0)
-            if pin not in self.forced:
-                # A little noise: sensors that stand still are taken for dead.
-                noise = 0.003 * math.sin(12.9898 * self.bus.now % 6.2831853 + k)
-                self.volts[pin] = 1.65 + SENSE_V_PER_A * self.current_a[k] + noise
+            self._measured(pin, 1.65 + SENSE_V_PER_A * self.current_a[k])
+        for pin in GAP_PINS:
+            self._measured(pin, 1.24)
         for adc in INTERRUPT_ADC:
             self._injected(adc)
+
+    def _measured(self, pin, volts):
+        """A sensor's voltage, unless the script holds it, with a little noise: sensors that
+        stand still are taken for dead."""
+        self.turn = (self.turn * 1103515245 + 12345) & 0x7FFF_FFFF
+        if pin not in self.forced:
+            self.volts[pin] = volts + 0.006 * (self.turn / 0x7FFF_FFFF - 0.5)
 
     def _injected(self, adc):
         base = ADC[adc]
@@ -155,7 +162,7 @@ class Analog:
                 self.bus.register[address] = value & ~0x30 | (0 if value & 0x30 else kept)
                 return True
         for number, base in DAC.items():
-            if address == base + 0x08:
+            if address == base + 0x08 and value != self.bus.stored(address):
                 self.bus.note("dac", f"DAC{number} channel 1", value & 0xFFF)
         return False
 

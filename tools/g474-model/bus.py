@@ -67,6 +67,7 @@ class Bus:
         self.now = 0
         self.core = None
         self.reset_by = None
+        self.exception = None
         self.trace = []
         self.register = {}
         self.enabled, self.pended = set(), set()
@@ -238,8 +239,13 @@ class Bus:
             self.serial.host_says(bytes.fromhex(value))
         elif name == "tacho":
             self.clock.capture()
+        elif name == "exception":
+            self.exception = value
+        elif name == "stopped":
+            self.analog.forced.add(name)
         elif isinstance(value, float):
             self.analog.volts[name] = value
+            self.analog.forced.add(name)
         else:
             self.levels[name] = value
         self.power.look()

@@ -81,7 +81,8 @@ class Core:
         uc.mem_map(FLASH, FLASH_BYTES)
         uc.mem_write(FLASH, b"\xff" * FLASH_BYTES)
         uc.mem_map(RAM, RAM_BYTES)
-        uc.mem_map(SYSTEM_FLASH, 0x1_0000)
+        # Not up to the memory: a stack that leaves it must not find anything there.
+        uc.mem_map(SYSTEM_FLASH, 0x8000)
         uc.mem_write(RETURN, b"\x00\xbf" * 4)
         for address, data in load_segments(path):
             uc.mem_write(address, data)
@@ -112,6 +113,8 @@ class Core:
     def count_instructions(self):
         """From now on `instructions` counts every one that is executed."""
         self.uc.hook_add(UC_HOOK_BLOCK, self._block)
+        # What is translated already knows nothing of the hook.
+        self.uc.ctl_flush_tb()
 
     def vector(self, number):
         """Address of an exception's handler."""
@@ -141,6 +144,9 @@ class Core:
                 self.pc += length
             elif self._slept() and bus.pending_interrupt() is None:
                 bus.advance(min(bus.next_event(), until))
+            if bus.exception is not None:
+                self.call(self.vector(bus.exception))
+                bus.exception = None
             self._serve()
         return bus.reset_by is None
 

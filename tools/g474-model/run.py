@@ -7,10 +7,11 @@
 The microphones' files hold what the converter would give: sums of eight conversions,
 little-endian 16 bits, 48000 a second. The script is JSON, a list of [seconds, name, value]:
 a pin and its level (0 or 1) or its voltage (a number with a point), "tacho" for a pulse,
-"host" and bytes in hexadecimal.
+"host" and bytes in hexadecimal, "exception" and its number, "stopped" for converters that
+stand still from then on.
 
 With --bridge-every only one PWM period in N is made, which is quicker where the current
-loop does not matter.
+loop does not matter; from the moment on from which instructions are counted, every one is.
 
 FOLDER gets `frames.bin`, what the link said, and `run.json`: what was seen from outside
 (outputs, pins, DACs, resets), the stack used, the interrupts served, and with --count-from
@@ -56,6 +57,7 @@ def main():
     try:
         if given.count_from is not None and core.run(round(given.count_from * TICK_HZ)):
             core.count_instructions()
+            bus.power.every = 1
             bus.advance(bus.now)
             seen["counted_samples"] = -bus.analog.taken
         core.run(end)

@@ -14,25 +14,17 @@ fn main() {
 #[cfg(target_os = "none")]
 mod target {
     use defmt_rtt as _;
-    use firmware::board::{Block, BoxBoard, Emergency, Lights};
+    use firmware::board::{BoxBoard, Emergency};
     use firmware::boards::nucleo_g474re::{LastResort, Nucleo};
-    use firmware::current_loop::CoilOrder;
     use firmware::last_words::last_words;
-    use firmware::monitor::MonitorDuty;
+    use firmware::{Opening, SensorBox};
     use rarma_core::guard::FaultCode;
-    use rarma_core::monitor::MonitorConfig;
-    use rarma_core::wire::{MAX_FRAME, MonitorJob, Telemetry, encode};
     use static_cell::StaticCell;
 
     defmt::timestamp!("{=u64:us}", LastResort.now_us());
 
-    /// A verdict is sent this often, s.
-    const EVERY_S: f64 = 0.1;
-    /// Samples taken at a time.
-    const BLOCK: usize = 64;
-
-    /// 21 KB that must not lie on the stack.
-    static DUTY: StaticCell<MonitorDuty> = StaticCell::new();
+    /// Too large for the stack.
+    static BOX: StaticCell<SensorBox> = StaticCell::new();
 
     #[panic_handler]
     fn panic(info: &core::panic::PanicInfo) -> ! {
@@ -52,72 +44,17 @@ mod target {
     #[cortex_m_rt::entry]
     fn main() -> ! {
         let mut board = Nucleo::set_up();
-        let job = MonitorJob {
-            monitor: MonitorConfig::new(Nucleo::SAMPLE_RATE_HZ),
-            channel: 0,
-            every_s: EVERY_S,
-        };
-        let mut listening = Listening {
-            duty: idle(),
-            sequence: 0,
-        };
-        if let Err(error) = listening.duty.begin(&job) {
-            defmt::panic!("settings: {}", defmt::Debug2Format(&error));
-        }
+        let (sensor_box, opening) = place(&mut board);
+        sensor_box.open(&mut board, opening);
         defmt::info!("listening at {=f64} Hz", Nucleo::SAMPLE_RATE_HZ);
-        let started = listening.duty.started();
-        send(&mut board, &mut listening.sequence, &started);
-        let mut passes = 0u32;
-        loop {
-            sample_duty(&mut listening, &mut board);
-            board.coils(&CoilOrder::default());
-            board.feed_watchdog();
-            passes = passes.wrapping_add(1);
-            board.lights(Lights {
-                alive: passes & 512 != 0,
-                ..Lights::default()
-            });
-            board.wait();
-        }
+        sensor_box.run(&mut board)
     }
 
-    /// The duty in its place; a function of its own, so that what it needs of the stack is
+    /// The box in its place; a function of its own, so that what it needs of the stack is
     /// given back.
     #[inline(never)]
-    fn idle() -> &'static mut MonitorDuty {
-        DUTY.init_with(MonitorDuty::idle)
-    }
-
-    struct Listening {
-        duty: &'static mut MonitorDuty,
-        sequence: u16,
-    }
-
-    /// All samples there are.
-    #[inline(never)]
-    fn sample_duty(listening: &mut Listening, board: &mut Nucleo) {
-        let mut block = [0.0; BLOCK];
-        while let Ok(Block { samples, missing }) = board.samples(&mut block)
-            && samples > 0
-        {
-            if missing > 0 {
-                listening.duty.missing(missing);
-            }
-            for &x in block.iter().take(samples) {
-                let sequence = &mut listening.sequence;
-                listening
-                    .duty
-                    .sample(x, &mut |message| send(board, sequence, message));
-            }
-        }
-    }
-
-    /// Sends a message, or leaves it behind where the gap in the numbers tells the host.
-    fn send(board: &mut Nucleo, sequence: &mut u16, message: &Telemetry) {
-        let mut buffer = [0; MAX_FRAME];
-        if let Ok(frame) = encode(message, *sequence, &mut buffer) {
-            let _ = board.send(frame);
-        }
-        *sequence = sequence.wrapping_add(1);
+    fn place(board: &mut Nucleo) -> (&'static mut SensorBox, Opening) {
+        let (sensor_box, opening) = SensorBox::prepare(board);
+        (BOX.init(sensor_box), opening)
     }
 }

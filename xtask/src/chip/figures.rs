@@ -15,8 +15,8 @@ const TOLERANCE: f64 = 0.02;
 
 /// The chip's flash for the image, and its memory: the memory map's.
 const FLASH_BYTES: u64 = 480 * 1024;
-const STACK_BYTES: u64 = 56 * 1024;
-const STATIC_BYTES: u64 = 72 * 1024;
+const STACK_BYTES: u64 = 80 * 1024;
+const STATIC_BYTES: u64 = 48 * 1024;
 
 /// One figure.
 #[derive(Debug, Clone, PartialEq)]
