@@ -35,6 +35,8 @@ const NOISY_PULSES: u32 = 4;
 #[derive(Debug)]
 pub struct Listening {
     fs_hz: f64,
+    /// The same in single precision, for what is done while samples are taken.
+    fs: f32,
     /// Idle while nobody listens. In place, because it is large.
     duty: MonitorDuty,
     health: Health<f32>,
@@ -88,6 +90,7 @@ impl Listening {
     pub fn new(fs_hz: f64) -> Self {
         Self {
             fs_hz,
+            fs: fs_hz as f32,
             duty: MonitorDuty::idle(),
             health: Health::new(fs_hz, Some(1.0)),
             gone: 0,
@@ -257,7 +260,7 @@ impl Listening {
         if let Some(last) = self.last_pulse {
             let whole = pulse.sample.saturating_sub(last.sample) as f32;
             let interval = whole - pulse.before + last.before;
-            let hz = self.fs_hz as f32 / interval.max(1.0);
+            let hz = self.fs / interval.max(1.0);
             let before = self.spindle_hz.replace(hz).unwrap_or(hz);
             self.sure_hz = Some(hz.min(before));
             let off = (hz - before).abs() > RHYTHM * before;

@@ -347,7 +347,7 @@ mod tests {
         assert!(line("build").contains("--profile fw "));
         assert!(!parse("run nucleo-g474re").expect("valid").is_emulated());
         assert!(FLASH_RUNNER.starts_with(FLASHER));
-        let target = crate::TARGET.to_uppercase().replace('-', "_");
+        let target = TARGET.to_uppercase().replace('-', "_");
         assert_eq!(RUNNER_VARIABLE, format!("CARGO_TARGET_{target}_RUNNER"));
     }
 

@@ -7,7 +7,7 @@
 use super::timing::{self, DEAD_TIME_NS, PWM_HZ, PWM_TOP};
 use super::{injected, scaling};
 use crate::board::{AdcCode, BoardError, BoardErrorKind, COILS, CoilBridge, DacCode};
-use crate::current_loop::{CoilOrder, CoilReport, CurrentLoop};
+use crate::current_loop::{CoilAction, CoilOrder, CoilReport, CurrentLoop};
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicBool, Ordering};
 use embassy_stm32::interrupt::typelevel::{self, Handler, Interrupt};
@@ -62,9 +62,20 @@ extern "C" fn current_duty() {
 }
 
 /// Main side of the loop.
+///
+/// While nothing is to be done the interrupt is off, which leaves a fifth of the core to
+/// listening; the loop then has one period here, in which it opens the switches.
 pub(super) fn exchange(order: &CoilOrder) -> CoilReport {
-    LOOP.with(|regulators| regulators.exchange(order))
-        .unwrap_or_default()
+    let in_use = order.action != CoilAction::Off;
+    ADC3.ier().modify(|w| w.set_jeosie(in_use));
+    LOOP.with(|regulators| {
+        let report = regulators.exchange(order);
+        if !in_use {
+            regulators.period(&mut Bridges);
+        }
+        report
+    })
+    .unwrap_or_default()
 }
 
 /// Why the timer does not switch.
@@ -108,10 +119,11 @@ impl CoilBridge for Bridges {
             self.off();
             return Err(BridgeError::Broken);
         }
-        for (k, duty) in duty.into_iter().enumerate() {
-            TIM1.ccr(k)
-                .write(|w| w.set_ccr(timing::compare(duty)));
-        }
+        let [x1, x2, y1, y2] = duty.map(timing::compare);
+        TIM1.ccr(0).write(|w| w.set_ccr(x1));
+        TIM1.ccr(1).write(|w| w.set_ccr(x2));
+        TIM1.ccr(2).write(|w| w.set_ccr(y1));
+        TIM1.ccr(3).write(|w| w.set_ccr(y2));
         if GATE.load(Ordering::Acquire) {
             TIM1.bdtr().modify(|w| w.set_moe(true));
         }
@@ -203,13 +215,12 @@ pub(super) fn start(mut pwm: ComplementaryPwm<'static, peripherals::TIM1>) {
     core::mem::forget(pwm);
 }
 
-/// Starts the loop: from here on its interrupt comes once a period.
+/// Starts the loop: from here on its interrupt comes once a period of those in use.
 pub(super) fn start_loop() {
     critical_section::with(|_| {
         // SAFETY: see `SharedLoop`.
         unsafe { *LOOP.0.get() = Some(CurrentLoop::new()) };
     });
-    ADC3.ier().modify(|w| w.set_jeosie(true));
     // SAFETY: the handler is bound in this board, and the loop is there.
     unsafe { typelevel::ADC3::enable() };
 }
