@@ -5,9 +5,11 @@
 use firmware::boards::nucleo_g474re::scaling;
 use firmware::monitor::MonitorDuty;
 use host_tests::resources::board_image_or_skip;
-use rarma_core::guard::{FaultCode, Mode};
+use rarma_core::guard::{FaultCode, Mode, Severity};
 use rarma_core::settings::Settings;
-use rarma_core::wire::{Command as Order, Deframer, MAX_FRAME, Telemetry, encode};
+use rarma_core::wire::{
+    Command as Order, Deframer, FaultMessage, Identity, MAX_FRAME, Started, Telemetry, encode,
+};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::process::Command;
@@ -45,8 +47,9 @@ fn run(name: &str, seconds: f64, codes: &[u16], script: &Value, options: &[&str]
         "{name}: {}",
         String::from_utf8_lossy(&output.stderr)
     );
+    let is_cut = options.contains(&"--resets");
     Some(Seen {
-        frames: frames(&folder.path().join("frames.bin")),
+        frames: frames(&folder.path().join("frames.bin"), is_cut),
         run: read_json(&folder.path().join("run.json")),
     })
 }
@@ -56,15 +59,18 @@ fn read_json(path: &Path) -> Value {
     serde_json::from_slice(&text).expect("the model writes JSON")
 }
 
-/// Every frame; a broken one is a failure.
-fn frames(path: &Path) -> Vec<(u16, Telemetry)> {
+/// Every frame. A broken one is a failure, unless a reset has cut the one it came in.
+fn frames(path: &Path, is_cut: bool) -> Vec<(u16, Telemetry)> {
     let mut deframer = Deframer::default();
-    std::fs::read(path)
+    let mut broken = 0;
+    let frames = std::fs::read(path)
         .expect("the model writes it")
         .into_iter()
         .filter_map(|byte| deframer.push::<Telemetry>(byte))
-        .map(|frame| frame.expect("no frame is broken"))
-        .collect()
+        .filter_map(|frame| frame.inspect_err(|_| broken += 1).ok())
+        .collect();
+    assert!(broken <= usize::from(is_cut), "{broken} frames are broken");
+    frames
 }
 
 /// Noise through a resonance at 900 Hz that loses its damping at `onset_s`, as codes.
@@ -230,8 +236,132 @@ fn a_comparator_opens_all_switches_without_software() {
     }
 }
 
-/// The handler of a fault of the core switches off before it does anything else.
+/// The supply's monitor: the timer breaks by itself, the power stage follows.
 #[test]
-fn a_hard_fault_opens_all_switches_and_resets() {
-    drops("hard_fault", ("exception", json!(3)), "software", None);
+fn a_falling_supply_opens_all_switches_without_software() {
+    drops(
+        "supply",
+        ("supply-low", json!(1)),
+        "break",
+        Some(FaultCode::Bridge),
+    );
+}
+
+/// The last `Hello`, and what is told after it.
+fn after_reset(seen: &Seen) -> (&Identity, Vec<&FaultMessage>) {
+    let is_hello = |(_, message): &(u16, Telemetry)| matches!(message, Telemetry::Hello(_));
+    let last = seen.frames.iter().rposition(is_hello).expect("a hello");
+    let (before, after) = seen.frames.split_at(last);
+    assert!(before.iter().any(is_hello), "the box has started once");
+    let faults = after.iter().filter_map(|(_, message)| match message {
+        Telemetry::Fault(fault) => Some(fault),
+        _ => None,
+    });
+    let Telemetry::Hello(hello) = &after[0].1 else {
+        unreachable!("the position of one");
+    };
+    (hello, faults.collect())
+}
+
+/// Something ends the program while coils are driven: the switches open within `within_s`,
+/// and after the reset the box says why.
+fn ends(
+    name: &str,
+    event: (&str, Value),
+    (by, within_s): (&str, f64),
+    (started, code): (Started, FaultCode),
+) -> Option<Seen> {
+    let moment = 0.2;
+    let end = moment
+        + if started == Started::Watchdog {
+            0.2
+        } else {
+            0.05
+        };
+    let mut steps = armed(moment);
+    steps.push(json!([moment, event.0, event.1]));
+    let seen = run(name, end, &[], &json!(steps), &["--resets", "1"])?;
+    let (on, off) = on_and_off(&seen.run);
+    assert!((0.04..0.08).contains(&on), "{name}: on at {on} s");
+    let (off, how) = off.unwrap_or_else(|| panic!("{name}: the outputs stay on"));
+    assert_eq!(how, by, "{name}");
+    let limits = moment..moment + within_s;
+    assert!(limits.contains(&off), "{name}: off at {off} s");
+    let (hello, faults) = after_reset(&seen);
+    assert_eq!(hello.started, started, "{name}");
+    let latched = faults.iter().find(|fault| fault.record.code == code);
+    let latched = latched.unwrap_or_else(|| panic!("{name}: told {faults:?}"));
+    assert_eq!(latched.severity, Severity::Trip, "{name}");
+    assert_eq!(seen.run["reset_by"], Value::Null, "{name}: it runs again");
+    Some(seen)
+}
+
+/// One PWM period, s.
+const PERIOD_S: f64 = 21e-6;
+
+/// The handler of a fault of the core switches off before it does anything else, and what it
+/// keeps is told after the reset.
+#[test]
+fn a_hard_fault_opens_all_switches_and_is_told_after_the_reset() {
+    let cause = (Started::Software, FaultCode::HardFault);
+    for (name, number) in [("hard_fault", 3), ("unbound_interrupt", 16 + 5)] {
+        let event = ("exception", json!(number));
+        let Some(seen) = ends(name, event, ("software", PERIOD_S), cause) else {
+            return;
+        };
+        let before = after_reset(&seen).0.before.expect("kept across the reset");
+        assert_eq!(before.code, FaultCode::HardFault);
+        assert!((190_000..210_000).contains(&before.at_us), "{before:?}");
+    }
+}
+
+#[test]
+fn a_program_that_hangs_is_let_go_by_the_loop_and_reset_by_the_watchdog() {
+    let cause = (Started::Watchdog, FaultCode::Watchdog);
+    let event = ("hang", json!(1));
+    let Some(seen) = ends("hang", event, ("software", 3.5e-3), cause) else {
+        return;
+    };
+    let trace = seen.run["trace"].as_array().expect("a list");
+    let reset = trace.iter().find(|step| step["kind"] == "reset");
+    let at = reset.expect("a reset")["s"].as_f64().expect("a number");
+    assert!((0.295..0.305).contains(&at), "reset at {at} s");
+}
+
+#[test]
+fn a_brown_out_is_told_after_it() {
+    let cause = (Started::BrownOut, FaultCode::BrownOut);
+    ends(
+        "brown_out",
+        ("reset", json!("brown-out")),
+        ("reset", PERIOD_S),
+        cause,
+    );
+}
+
+/// A double error of the flash where the program is: it cannot be trusted.
+#[test]
+fn flash_that_fails_under_the_program_opens_all_switches() {
+    let cause = (Started::Software, FaultCode::MemoryError);
+    let event = ("flash-fails", json!(0x0804_1238));
+    let Some(seen) = ends("flash_fails", event, ("break", PERIOD_S), cause) else {
+        return;
+    };
+    let before = after_reset(&seen).0.before.expect("kept across the reset");
+    assert_eq!(before.value, 0x4_1238 as f32);
+}
+
+/// A double error of the flash where settings are: told, and the box goes on.
+#[test]
+fn a_spoilt_word_of_the_settings_is_told() {
+    for (spoilt, expected) in [(0x0807_8000, true), (0x0807_7FF8, false)] {
+        let steps = json!([[0.0, "spoilt", spoilt]]);
+        let Some(seen) = run("spoilt_word", 0.1, &[], &steps, &["--bridge-every", "48"]) else {
+            return;
+        };
+        assert_eq!(seen.run["reset_by"], Value::Null);
+        assert_eq!(told(&seen.frames, FaultCode::FlashUnreadable), expected);
+        let is_heard = |(_, m): &(u16, Telemetry)| matches!(m, Telemetry::Verdict(_));
+        assert!(seen.frames.iter().any(is_heard), "it listens");
+    }
 }

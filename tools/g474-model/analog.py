@@ -32,13 +32,17 @@ class Analog:
         self.bus = bus
         self.volts = {"PB12": 1.24, "PB15": 1.24, "PA8": 0.5, "PA9": 1.65, "PB11": 1.98}
         self.sounds = {}
+        self.current_a = [0.0] * 4
+        self.forced = set()
+        self.turn = 1
+        self.restart()
+
+    def restart(self):
+        """Converters as a reset leaves them; what they measure goes on."""
         self.sampling_since = None
         self.taken = 0
         self.flags = dict.fromkeys(ADC, 0)
         self.results = {}
-        self.current_a = [0.0] * 4
-        self.forced = set()
-        self.turn = 1
 
     # --- microphones
 

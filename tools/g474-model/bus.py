@@ -7,6 +7,7 @@ the registers it wrote: a wrong channel, trigger or polarity gives wrong samples
 """
 
 from analog import Analog
+from safety import FlashMemory, Supply
 from serial import Serial
 from timers import BreakTimer, Clock
 
@@ -20,6 +21,8 @@ AIRCR = 0xE000_ED0C
 
 TICK_HZ = 163_200_000
 LSI_HZ = 32_000
+# Bits of RCC_CSR.
+RESET_FLAG = {"power-on": 27, "brown-out": 27, "software": 28, "watchdog": 29, "pin": 26}
 
 
 class Dma:
@@ -66,24 +69,36 @@ class Bus:
     def __init__(self, script):
         self.now = 0
         self.core = None
-        self.reset_by = None
-        self.exception = None
         self.trace = []
         self.register = {}
-        self.enabled, self.pended = set(), set()
-        self.dma = [Dma(self, k) for k in range(8)]
         self.levels = {}
-        self.fed, self.watchdog_ticks = None, None
         self.script = sorted(script, key=lambda step: step[0])
-        self.clock = Clock(self)
-        self.power = BreakTimer(self)
+        self.flash = FlashMemory(self)
         self.analog = Analog(self)
         self.serial = Serial(self)
-        self.parts = [self.clock, self.power, self.analog, self.serial]
-        # As delivered: two banks of flash; the crystal and the regulator say ready below.
-        self.register[FLASH + 0x20] = 1 << 22
-        # Power came on: brown-out reset flag.
-        self.register[RCC + 0x94] = 1 << 27
+        self.power = BreakTimer(self)
+        self._start("power-on")
+
+    def _start(self, cause):
+        """Registers as a reset leaves them."""
+        self.clock, self.supply = Clock(self), Supply(self)
+        every = self.power.every
+        self.power = BreakTimer(self)
+        self.power.every = every
+        self.analog.restart()
+        self.parts = [self.clock, self.power, self.analog, self.serial, self.flash, self.supply]
+        # As delivered: two banks of flash. Then why there was a reset.
+        self.register = {FLASH + 0x20: 1 << 22, RCC + 0x94: 1 << RESET_FLAG[cause]}
+        self.enabled, self.pended = set(), set()
+        self.dma = [Dma(self, k) for k in range(8)]
+        self.fed = self.watchdog_ticks = self.reset_by = self.exception = None
+        self.hung = False
+
+    def restart(self):
+        """After a reset: memory, voltages and what the link has said stay."""
+        cause = self.reset_by
+        self.power.reset()
+        self._start(cause)
 
     # --- registers
 
@@ -190,7 +205,7 @@ class Bus:
             self.fed = self.now
 
     def reset(self, cause):
-        """The chip is reset: the run ends."""
+        """The chip is reset: this stretch of the run ends."""
         self.reset_by = cause
         self.note("reset", cause, 1)
         self.core.uc.emu_stop()
@@ -241,6 +256,16 @@ class Bus:
             self.clock.capture()
         elif name == "exception":
             self.exception = value
+        elif name == "reset":
+            self.reset(value)
+        elif name == "hang":
+            self.hung = True
+        elif name == "spoilt":
+            self.flash.spoil(value)
+        elif name == "flash-fails":
+            self.flash.fail(value)
+        elif name == "supply-low":
+            self.supply.set(bool(value))
         elif name == "stopped":
             self.analog.forced.add(name)
         elif isinstance(value, float):

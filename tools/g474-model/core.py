@@ -13,6 +13,8 @@ from unicorn import (
     UC_HOOK_CODE,
     UC_HOOK_INTR,
     UC_HOOK_MEM_INVALID,
+    UC_HOOK_MEM_READ,
+    UC_HOOK_MEM_WRITE,
     UC_MODE_MCLASS,
     UC_MODE_THUMB,
     Uc,
@@ -97,18 +99,32 @@ class Core:
             uc.mmio_map(base, length, self._read, base, self._write, base)
         uc.hook_add(UC_HOOK_INTR, self._exception)
         uc.hook_add(UC_HOOK_MEM_INVALID, self._invalid)
-        self.wants = False
+        end = FLASH + FLASH_BYTES - 1
+        uc.hook_add(UC_HOOK_MEM_WRITE, self._programs, begin=FLASH, end=end)
         self.trouble = None
         self.served = {}
-        self.entered = 0
-        self.in_handler = False
         self.instructions = 0
         self._lengths = {}
-        stack, reset = struct.unpack("<II", uc.mem_read(FLASH, 8))
-        self.stack_top = stack
         uc.mem_write(RAM, bytes([PAINT]) * RAM_BYTES)
-        uc.reg_write(UC_ARM_REG_SP, stack)
+        self.restart()
+
+    def restart(self):
+        """What a reset does to the core: memory stays."""
+        self.wants = self.in_handler = False
+        stack, reset = struct.unpack("<II", self.uc.mem_read(FLASH, 8))
+        self.stack_top = stack
+        self.uc.reg_write(UC_ARM_REG_PRIMASK, 0)
+        self.uc.reg_write(UC_ARM_REG_SP, stack)
         self.pc = reset | 1
+
+    def on_read(self, address, length, act):
+        """Calls `act` with the address of every load from there."""
+        self.uc.hook_add(
+            UC_HOOK_MEM_READ,
+            lambda _uc, _access, at, _size, _value, _data: act(at),
+            begin=address,
+            end=address + length - 1,
+        )
 
     def count_instructions(self):
         """From now on `instructions` counts every one that is executed."""
@@ -138,6 +154,12 @@ class Core:
         """Runs to a moment, in ticks; false when the image has reset the chip before."""
         bus = self.bus
         while bus.now < until and bus.reset_by is None:
+            if bus.hung:
+                # The program goes round in a loop, with interrupts let in.
+                self.uc.reg_write(UC_ARM_REG_PRIMASK, 0)
+                bus.advance(min(bus.next_event(), until))
+                self._serve()
+                continue
             self._execute(self.pc, 0xFFFF_FFFE)
             self.pc = self.uc.reg_read(UC_ARM_REG_PC) | 1
             if length := self._unmask():
@@ -228,6 +250,11 @@ class Core:
 
     def _write(self, _uc, offset, size, value, base):
         self.bus.write(base + offset, size, value)
+
+    def _programs(self, uc, _access, address, _size, _value, _data):
+        if not self.bus.flash.may_program():
+            self.trouble = f"store to locked flash at {address:#x}"
+            uc.emu_stop()
 
     def _exception(self, uc, number, _data):
         self.trouble = f"exception {number} at {uc.reg_read(UC_ARM_REG_PC):#x}"

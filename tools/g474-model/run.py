@@ -2,13 +2,17 @@
 """Runs an unmodified image for the NUCLEO-G474RE on a model of its chip.
 
     run.py IMAGE FOLDER --seconds S [--microphone-1 FILE] [--microphone-2 FILE]
-           [--script FILE] [--count-from S] [--bridge-every N]
+           [--script FILE] [--count-from S] [--bridge-every N] [--resets N]
 
 The microphones' files hold what the converter would give: sums of eight conversions,
 little-endian 16 bits, 48000 a second. The script is JSON, a list of [seconds, name, value]:
 a pin and its level (0 or 1) or its voltage (a number with a point), "tacho" for a pulse,
 "host" and bytes in hexadecimal, "exception" and its number, "stopped" for converters that
-stand still from then on.
+stand still from then on, "hang" for a program that goes round in a loop, "spoilt" and the
+address of a double word of the flash whose check bits are wrong, "flash-fails" and the
+address where a fetch finds such a word, "supply-low" and 1 or 0, "reset" and its cause.
+
+A run ends with the reset that follows --resets others (default: none).
 
 With --bridge-every only one PWM period in N is made, which is quicker where the current
 loop does not matter; from the moment on from which instructions are counted, every one is.
@@ -38,6 +42,7 @@ def arguments():
     parser.add_argument("--script", type=pathlib.Path)
     parser.add_argument("--count-from", type=float)
     parser.add_argument("--bridge-every", type=int, default=1)
+    parser.add_argument("--resets", type=int, default=0)
     return parser.parse_args()
 
 
@@ -60,6 +65,11 @@ def main():
             bus.power.every = 1
             bus.advance(bus.now)
             seen["counted_samples"] = -bus.analog.taken
+        for _ in range(given.resets):
+            if core.run(end):
+                break
+            bus.restart()
+            core.restart()
         core.run(end)
     except Stuck as why:
         trouble = str(why)

@@ -122,6 +122,17 @@ class BreakTimer:
             self.bus.register[TIM1 + BDTR] = self.bus.stored(TIM1 + BDTR) & ~MOE
             self._switch(False, "break")
 
+    def system_break(self):
+        """An error of the chip itself breaks the timer, if breaks are enabled."""
+        if self.bus.stored(TIM1 + BDTR) >> 12 & 1:
+            self.flags |= 1 << 13
+            self.bus.register[TIM1 + BDTR] = self.bus.stored(TIM1 + BDTR) & ~MOE
+            self._switch(False, "break")
+
+    def reset(self):
+        """The chip's reset opens every switch."""
+        self._switch(False, "reset")
+
     def _switch(self, on, why):
         if on != self.on:
             self.bus.note("outputs", why, int(on))

@@ -43,6 +43,10 @@ impl SensorBox {
             self.check_ins.here(Duty::Loop, now_us);
         }
         self.tacho(board, now_us);
+        let words = board.unreadable_words();
+        if words > 0 {
+            self.fault(board, FaultCode::FlashUnreadable, 0, words as f32, now_us);
+        }
         self.report(board, now_us);
         self.check_ins.here(Duty::Slow, now_us);
         if self.check_ins.feed() {

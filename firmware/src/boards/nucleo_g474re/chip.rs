@@ -2,15 +2,16 @@
 
 use super::clock::{self, ClockInterrupt};
 use super::link::Link;
+use super::settings_flash::SettingsFlash;
 use super::samples::{self, Microphones};
 use super::tacho::Tacho;
-use super::{bridges, injected, slow, timing};
+use super::{bridges, injected, supply, timing};
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, InjectedTrigger};
 use embassy_stm32::comp::{self, Comp, Hysteresis, InvertingInput};
 use embassy_stm32::dac::{Dac, DacChannel, Value};
-use embassy_stm32::flash::{Blocking, Flash};
+use embassy_stm32::flash::Flash;
 use embassy_stm32::gpio::{AfType, Flex, Input, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::opamp::{OpAmp, OpAmpSpeed};
 use embassy_stm32::pac;
@@ -41,6 +42,7 @@ macro_rules! taken {
 }
 
 bind_interrupts!(struct Interrupts {
+    PVD_PVM => supply::SupplyInterrupt;
     TIM2 => ClockInterrupt;
     ADC3 => bridges::PeriodInterrupt;
     COMP1_2_3 => comp::InterruptHandler<peripherals::COMP1>;
@@ -67,7 +69,7 @@ pub struct Nucleo {
     pub(super) microphones: Microphones,
     pub(super) tacho: Tacho,
     pub(super) link: Link,
-    pub(super) flash: Flash<'static, Blocking>,
+    pub(super) flash: SettingsFlash,
     pub(super) watchdog: IndependentWatchdog<'static, peripherals::IWDG>,
     pub(super) enable: Input<'static>,
     pub(super) leds: [Output<'static>; 3],
@@ -186,12 +188,12 @@ impl Nucleo {
             microphone_2: pins.microphone_2,
         });
         bridges::start_loop();
-        slow::warn_of_supply();
+        supply::start();
         Self {
             microphones,
             tacho,
             link,
-            flash: Flash::new_blocking(chip.FLASH),
+            flash: SettingsFlash(Flash::new_blocking(chip.FLASH)),
             watchdog,
             enable: Input::new(pins.enable, Pull::Down),
             leds: [

@@ -24,8 +24,11 @@ on_the_chip! {
     mod injected;
     mod link;
     mod samples;
+    mod settings_flash;
     mod slow;
+    mod supply;
     mod tacho;
     pub use chip::Nucleo;
+    pub use settings_flash::{MemoryError, memory_failed};
     pub use slow::{LastResort, NucleoError};
 }

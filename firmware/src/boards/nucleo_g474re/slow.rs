@@ -3,15 +3,15 @@
 use super::chip::{self, Nucleo};
 use super::samples::Stopped;
 use super::timing::{PWM_HZ, SAMPLE_HZ, TICK_HZ};
-use super::{bridges, clock, injected, scaling};
+use super::settings_flash::{self, SettingsFlash};
+use super::{bridges, clock, injected, scaling, supply};
 use crate::board::{
     Block, BoardError, BoardErrorKind, BoxBoard, Contacts, DacCode, Emergency, Lights, Pulse,
     ResetCause, SensorCodes,
 };
 use crate::current_loop::{CoilOrder, CoilReport};
 use core::ops::Range;
-use embassy_stm32::flash::{Blocking, Flash};
-use embassy_stm32::pac::{ADC4, ADC5, DAC1, GPIOA, GPIOC, PWR};
+use embassy_stm32::pac::{ADC4, ADC5, DAC1, GPIOA, GPIOC};
 use rarma_core::guard::KEPT_BYTES;
 
 /// Pin of the power stage's enable: PC9.
@@ -90,7 +90,7 @@ impl Emergency for Nucleo {
 
 impl BoxBoard for Nucleo {
     type Error = NucleoError;
-    type Flash = Flash<'static, Blocking>;
+    type Flash = SettingsFlash;
 
     const NAME: &'static str = "nucleo-g474re";
     const SAMPLE_RATE_HZ: f64 = SAMPLE_HZ as f64;
@@ -151,7 +151,7 @@ impl BoxBoard for Nucleo {
     }
 
     fn energise(&mut self) -> Result<(), NucleoError> {
-        if !stop_chain() {
+        if !stop_chain() || supply::is_low() {
             return Err(NucleoError::Gate);
         }
         GPIOC.bsrr().write(|w| w.set_bs(POWER_STAGE, true));
@@ -183,6 +183,10 @@ impl BoxBoard for Nucleo {
         (&mut self.flash, settings_range())
     }
 
+    fn unreadable_words(&mut self) -> u32 {
+        settings_flash::take_unreadable()
+    }
+
     fn receive(&mut self, bytes: &mut [u8]) -> Result<usize, NucleoError> {
         Ok(self.link.receive(bytes))
     }
@@ -211,14 +215,6 @@ fn stop_chain() -> bool {
 /// The power stage's enable, read back at its pin.
 fn power_stage() -> bool {
     GPIOC.idr().read().idr(POWER_STAGE) == embassy_stm32::pac::gpio::vals::Idr::HIGH
-}
-
-/// The supply's monitor breaks the bridges' timer when the supply falls below 2.9 V.
-pub(super) fn warn_of_supply() {
-    PWR.cr2().modify(|w| {
-        w.set_pls(6);
-        w.set_pvde(true);
-    });
 }
 
 /// Addresses of the settings, from the start of the flash: the memory map's.

@@ -181,6 +181,10 @@ impl BoxBoard for SimRig {
         (&mut self.flash, 0..(SECTOR * SECTORS) as u32)
     }
 
+    fn unreadable_words(&mut self) -> u32 {
+        self.flash.take_unreadable()
+    }
+
     fn receive(&mut self, bytes: &mut [u8]) -> Result<usize, RigError> {
         if self.stands(FaultKind::LinkSilent).is_some() {
             self.link.clear();
