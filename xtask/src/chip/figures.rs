@@ -18,6 +18,10 @@ const FLASH_BYTES: u64 = 480 * 1024;
 const STACK_BYTES: u64 = 80 * 1024;
 const STATIC_BYTES: u64 = 48 * 1024;
 
+/// Samples a second, and millions of the core's cycles: no instruction takes less than one.
+const SAMPLES_PER_S: f64 = 48_000.0;
+const MEGACYCLES_PER_S: f64 = 163.2;
+
 /// One figure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
@@ -65,6 +69,12 @@ impl Figures {
                 None,
                 TOLERANCE,
             ),
+            Figure {
+                name: "millions of instructions a second".to_owned(),
+                value: (instructions * SAMPLES_PER_S * 1e-5).round() / 10.0,
+                limit: Some(MEGACYCLES_PER_S),
+                tolerance: TOLERANCE,
+            },
         ];
         for (duty, found) in unwanted {
             for (what, sites) in [
@@ -231,6 +241,16 @@ mod tests {
         let page = |figures: &Figures| figures.written_into(&format!("{BEGIN}{END}")).unwrap();
         assert!(less.differences_from(&page(&whole)).unwrap()[0].contains("not measured"));
         assert!(whole.differences_from(&page(&less)).unwrap()[0].contains("not in the table"));
+    }
+
+    #[test]
+    fn more_instructions_than_cycles_are_refused() {
+        let with = |instructions| {
+            let image = ArmImage::default();
+            Figures::new("rustc".to_owned(), &image, 1, instructions, &[])
+        };
+        assert!(with(3399.0).is_ok());
+        assert!(with(3402.0).is_err_and(|why| why.to_string().contains("163.2")));
     }
 
     #[test]
