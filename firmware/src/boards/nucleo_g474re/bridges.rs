@@ -15,9 +15,9 @@ use embassy_stm32::pac::timer::vals::{Mms2, Ossi, Ossr};
 use embassy_stm32::pac::{ADC3, ADC4, COMP1, COMP4, COMP5, COMP7, SYSCFG, TIM1};
 use embassy_stm32::peripherals;
 use embassy_stm32::time::Hertz;
+use embassy_stm32::timer::Channel;
 use embassy_stm32::timer::complementary_pwm::{BreakInputPolarity, ComplementaryPwm};
 use embassy_stm32::timer::low_level::CountingMode;
-use embassy_stm32::timer::Channel;
 
 /// Comparators of the coils in their order.
 const COMPARATORS: [u32; COILS] = [1, 4, 5, 7];
@@ -105,9 +105,8 @@ impl CoilBridge for Bridges {
 
     fn currents(&mut self) -> Result<[AdcCode; COILS], BridgeError> {
         let both = injected::take(ADC3) & injected::take(ADC4);
-        let code = |adc: embassy_stm32::pac::adc::Adc, rank| {
-            scaling::left_aligned(adc.jdr(rank).read().0)
-        };
+        let code =
+            |adc: embassy_stm32::pac::adc::Adc, rank| scaling::left_aligned(adc.jdr(rank).read().0);
         if !both {
             return Err(BridgeError::NotConverted);
         }
@@ -233,4 +232,3 @@ pub(super) const RATE: (Hertz, CountingMode) =
 pub(super) fn trip_code() -> u16 {
     scaling::dac_12_bits(DacCode::from_fraction(scaling::TRIP_SHARE))
 }
-

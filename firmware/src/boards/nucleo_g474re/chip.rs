@@ -2,8 +2,8 @@
 
 use super::clock::{self, ClockInterrupt};
 use super::link::Link;
-use super::settings_flash::SettingsFlash;
 use super::samples::{self, Microphones};
+use super::settings_flash::SettingsFlash;
 use super::tacho::Tacho;
 use super::{bridges, injected, supply, timing};
 use core::cell::UnsafeCell;
@@ -104,11 +104,17 @@ impl Nucleo {
 
         // Thresholds of the comparators, inside the chip.
         let mut thresholds = Dac::<embassy_stm32::mode::Blocking>::new_internal(chip.DAC3);
-        thresholds.ch1().set(Value::Bit12Right(bridges::trip_code()));
-        thresholds.ch2().set(Value::Bit12Right(bridges::trip_code()));
+        thresholds
+            .ch1()
+            .set(Value::Bit12Right(bridges::trip_code()));
+        thresholds
+            .ch2()
+            .set(Value::Bit12Right(bridges::trip_code()));
         core::mem::forget(thresholds);
         let mut thresholds = Dac::<embassy_stm32::mode::Blocking>::new_internal(chip.DAC4);
-        thresholds.ch1().set(Value::Bit12Right(bridges::trip_code()));
+        thresholds
+            .ch1()
+            .set(Value::Bit12Right(bridges::trip_code()));
         core::mem::forget(thresholds);
 
         let (mut x1, mut x2) = (pins.current_x1, pins.current_x2);
@@ -213,7 +219,12 @@ fn past() -> (ResetCause, [u8; KEPT_BYTES]) {
     pac::RCC.csr().modify(|w| w.set_rmvf(true));
     // SAFETY: nothing else touches it yet. After a power-up the bytes are anything, which
     // the mark and the record's own check tell; both types allow any bits.
-    let (mark, kept) = unsafe { KEPT.0.get().cast::<(u32, [u8; KEPT_BYTES])>().read_volatile() };
+    let (mark, kept) = unsafe {
+        KEPT.0
+            .get()
+            .cast::<(u32, [u8; KEPT_BYTES])>()
+            .read_volatile()
+    };
     let cause = if flags.borrstf() {
         // The same flag for both: memory that outlived it makes it a brown-out.
         if mark == KEPT_MARK {

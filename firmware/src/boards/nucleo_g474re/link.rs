@@ -130,7 +130,12 @@ impl Link {
             // SAFETY: the place is inside the buffer, and not among those that wait to be
             // sent, which are all that the DMA may be reading.
             unsafe {
-                OUTGOING.0.get().cast::<u8>().add(place).write_volatile(byte);
+                OUTGOING
+                    .0
+                    .get()
+                    .cast::<u8>()
+                    .add(place)
+                    .write_volatile(byte);
             }
             self.accepted = self.accepted.wrapping_add(1);
         }

@@ -8,27 +8,41 @@ pub mod timing;
 #[macro_use]
 pub mod wiring;
 
-/// What needs the chip.
-macro_rules! on_the_chip {
-    ($($item:item)*) => { $(
-        #[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
-        #[allow(unsafe_code)]
-        $item
-    )* };
-}
+// One attribute each: the formatter does not look into a macro.
+#[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
+#[allow(unsafe_code)]
+mod bridges;
+#[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
+#[allow(unsafe_code)]
+mod chip;
+#[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
+#[allow(unsafe_code)]
+mod clock;
+#[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
+#[allow(unsafe_code)]
+mod injected;
+#[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
+#[allow(unsafe_code)]
+mod link;
+#[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
+#[allow(unsafe_code)]
+mod samples;
+#[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
+#[allow(unsafe_code)]
+mod settings_flash;
+#[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
+#[allow(unsafe_code)]
+mod slow;
+#[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
+#[allow(unsafe_code)]
+mod supply;
+#[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
+#[allow(unsafe_code)]
+mod tacho;
 
-on_the_chip! {
-    mod bridges;
-    mod chip;
-    mod clock;
-    mod injected;
-    mod link;
-    mod samples;
-    mod settings_flash;
-    mod slow;
-    mod supply;
-    mod tacho;
-    pub use chip::Nucleo;
-    pub use settings_flash::{MemoryError, memory_failed};
-    pub use slow::{LastResort, NucleoError};
-}
+#[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
+pub use chip::Nucleo;
+#[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
+pub use settings_flash::{MemoryError, memory_failed};
+#[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
+pub use slow::{LastResort, NucleoError};

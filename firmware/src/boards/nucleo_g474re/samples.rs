@@ -104,16 +104,14 @@ impl Microphones {
 
         rcc::enable_and_reset::<peripherals::TIM6>();
         core::mem::forget(parts.trigger);
-        TIM6.arr().write(|w| w.set_arr(TICKS_PER_TRIGGER as u16 - 1));
+        TIM6.arr()
+            .write(|w| w.set_arr(TICKS_PER_TRIGGER as u16 - 1));
         TIM6.cr2().modify(|w| w.set_mms(Mms::UPDATE));
         let started = critical_section::with(|_| {
             TIM6.cr1().modify(|w| w.set_cen(true));
             clock::now()
         });
-        Self {
-            started,
-            taken: 0,
-        }
+        Self { started, taken: 0 }
     }
 
     /// Samples written since the start.
@@ -186,9 +184,7 @@ fn convert_on_trigger(adc: pac::adc::Adc, channel: u8, signal: u8) {
 
 /// Lets a DMA channel write the converter's samples round and round.
 fn fill_ring(channel: usize, request: u8, adc: pac::adc::Adc, ring: &'static Ring) {
-    DMAMUX1
-        .ccr(channel)
-        .write(|w| w.set_dmareq_id(request));
+    DMAMUX1.ccr(channel).write(|w| w.set_dmareq_id(request));
     let dma = DMA1.ch(channel);
     dma.par().write_value(adc.dr().as_ptr() as u32);
     dma.mar().write_value(ring.address() as u32);

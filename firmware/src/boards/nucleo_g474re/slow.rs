@@ -2,8 +2,8 @@
 
 use super::chip::{self, Nucleo};
 use super::samples::Stopped;
-use super::timing::{PWM_HZ, SAMPLE_HZ, TICK_HZ};
 use super::settings_flash::{self, SettingsFlash};
+use super::timing::{PWM_HZ, SAMPLE_HZ, TICK_HZ};
 use super::{bridges, clock, injected, scaling, supply};
 use crate::board::{
     Block, BoardError, BoardErrorKind, BoxBoard, Contacts, DacCode, Emergency, Lights, Pulse,

@@ -44,12 +44,8 @@ impl Tacho {
         core::mem::forget(CapturePin::new(pin, Pull::Down));
         DMAMUX1.ccr(CHANNEL).write(|w| w.set_dmareq_id(request));
         let channel = DMA1.ch(CHANNEL);
-        channel
-            .par()
-            .write_value(TIM2.ccr(CAPTURE).as_ptr() as u32);
-        channel
-            .mar()
-            .write_value(RING_OF_CAPTURES.0.get() as u32);
+        channel.par().write_value(TIM2.ccr(CAPTURE).as_ptr() as u32);
+        channel.mar().write_value(RING_OF_CAPTURES.0.get() as u32);
         channel.ndtr().write(|w| w.set_ndt(RING as u16));
         channel.cr().write(|w| {
             w.set_dir(Dir::FROM_PERIPHERAL);
