@@ -333,20 +333,20 @@ impl CurrentLoop {
         let mut duty = [0.0; COILS];
         let order = &self.order;
         let mut broken = None;
-        for (k, channel) in self.channels.iter_mut().enumerate() {
-            let wanted = order.target_a[k];
+        let channels = self.channels.iter_mut().zip(order.target_a);
+        for ((k, (channel, wanted)), duty) in channels.enumerate().zip(&mut duty) {
             if !(wanted.is_finite() && order.per_volt > 0.0 && order.per_volt < 1.0) {
                 broken = Some(k as u8);
                 continue;
             }
-            let target = wanted.clamp(0.0, order.limits.most_target_a.max(0.0));
+            let target = wanted.min(order.limits.most_target_a.max(0.0)).max(0.0);
             let drive =
                 channel
                     .regulator
                     .update(&order.tuning, target, channel.current_a, order.per_volt);
             self.limiting |= drive.limiting || target != wanted;
             channel.duty = drive.duty;
-            duty[k] = drive.duty;
+            *duty = drive.duty;
         }
         if let Some(coil) = broken {
             self.let_go(FaultCode::NotFinite, coil, 0.0);

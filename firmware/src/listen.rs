@@ -35,7 +35,10 @@ const NOISY_PULSES: u32 = 4;
 #[derive(Debug)]
 pub struct Listening {
     fs_hz: f64,
-    duty: Option<MonitorDuty>,
+    /// The same in single precision, for what is done while samples are taken.
+    fs: f32,
+    /// Idle while nobody listens. In place, because it is large.
+    duty: MonitorDuty,
     health: Health<f32>,
     /// Samples that have gone by since start-up, with those that were lost.
     gone: u64,
@@ -87,7 +90,8 @@ impl Listening {
     pub fn new(fs_hz: f64) -> Self {
         Self {
             fs_hz,
-            duty: None,
+            fs: fs_hz as f32,
+            duty: MonitorDuty::idle(),
             health: Health::new(fs_hz, Some(1.0)),
             gone: 0,
             taken: 0,
@@ -118,17 +122,19 @@ impl Listening {
         settings: &Settings,
         tell: &mut Teller,
     ) -> Result<(), MonitorError> {
-        let duty = MonitorDuty::new(&job(settings, self.fs_hz))?;
+        let job = job(settings, self.fs_hz);
+        job.monitor.check()?;
         self.end(board, tell);
-        tell.tell(board, &duty.started());
-        self.duty = Some(duty);
+        self.duty.begin(&job)?;
+        tell.tell(board, &self.duty.started());
         Ok(())
     }
 
     /// Ends listening and sends the totals.
     pub fn end<B: BoxBoard>(&mut self, board: &mut B, tell: &mut Teller) {
-        if let Some(duty) = self.duty.take() {
-            let last = duty.finished(0, 0, tell.dropped());
+        if !self.duty.is_idle() {
+            let last = self.duty.finished(0, 0, tell.dropped());
+            self.duty.end();
             tell.tell(board, &last);
         }
     }
@@ -140,6 +146,10 @@ impl Listening {
     }
 
     /// One pass: everything that has come. `found` is told what is wrong.
+    ///
+    /// A function of its own in every image, so that a linked one can be searched for
+    /// what this duty may call.
+    #[inline(never)]
     pub fn pass<B: BoxBoard>(
         &mut self,
         board: &mut B,
@@ -174,21 +184,18 @@ impl Listening {
         self.loud += self.loud_gain * (good * good - self.loud);
         self.gone += 1;
         self.taken += 1;
-        if let Some(duty) = &mut self.duty {
-            let verdicts = &mut self.verdicts;
-            duty.sample(x, &mut |message| {
-                if matches!(message, Telemetry::Verdict(_)) {
-                    *verdicts = verdicts.wrapping_add(1);
-                }
-                tell.tell(board, message);
-            });
-        }
+        let verdicts = &mut self.verdicts;
+        self.duty.sample(x, &mut |message| {
+            if matches!(message, Telemetry::Verdict(_)) {
+                *verdicts = verdicts.wrapping_add(1);
+            }
+            tell.tell(board, message);
+        });
         if let Some(pulse) = self.pulse
             && pulse.sample < self.gone
         {
-            if let Some(duty) = &mut self.duty {
-                duty.pulse(pulse.before + (self.gone - 1 - pulse.sample) as f32);
-            }
+            self.duty
+                .pulse(pulse.before + (self.gone - 1 - pulse.sample) as f32);
             self.pulse = None;
         }
         if self.raw_left > 0 {
@@ -220,9 +227,7 @@ impl Listening {
         self.raw_left = self.raw_left.saturating_sub(missing_long);
         self.raw.first = self.gone;
         self.health.missing(missing);
-        if let Some(duty) = &mut self.duty {
-            duty.missing(missing);
-        }
+        self.duty.missing(missing);
     }
 
     fn judge(&mut self, now_us: u64, found: &mut impl FnMut(FaultCode, f32)) {
@@ -255,7 +260,7 @@ impl Listening {
         if let Some(last) = self.last_pulse {
             let whole = pulse.sample.saturating_sub(last.sample) as f32;
             let interval = whole - pulse.before + last.before;
-            let hz = self.fs_hz as f32 / interval.max(1.0);
+            let hz = self.fs / interval.max(1.0);
             let before = self.spindle_hz.replace(hz).unwrap_or(hz);
             self.sure_hz = Some(hz.min(before));
             let off = (hz - before).abs() > RHYTHM * before;

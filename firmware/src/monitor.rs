@@ -4,16 +4,20 @@ use crate::notices::Notices;
 use rarma_core::AnyMonitor;
 use rarma_core::condition::HealthCounts;
 use rarma_core::decide::{AlarmEvent, Histogram};
-use rarma_core::monitor::{MonitorError, Report};
+use rarma_core::monitor::{MonitorConfig, MonitorError, Report};
 use rarma_core::wire::{AlarmMessage, Finished, HistogramMessage, MonitorJob, Telemetry, Verdict};
 
 /// The distribution of the followed mode's amplitude is told this often, s.
 const HISTOGRAM_S: f64 = 1.0;
 
 /// Listens, and says at the rate asked for what it hears; alarms at once.
+///
+/// A duty is 21 KB: a board with little memory keeps one in a static, idle at first, and
+/// has it [`begin`](Self::begin) there.
 #[derive(Debug, Clone)]
 pub struct MonitorDuty {
-    monitor: AnyMonitor<f32>,
+    /// None while idle.
+    monitor: Option<AnyMonitor<f32>>,
     telling: Telling,
 }
 
@@ -23,10 +27,41 @@ impl MonitorDuty {
     /// # Errors
     /// The setting that is out of range.
     pub fn new(job: &MonitorJob) -> Result<Self, MonitorError> {
-        Ok(Self {
-            monitor: AnyMonitor::new(&job.monitor)?,
-            telling: Telling::new(job),
-        })
+        let mut duty = Self::idle();
+        duty.begin(job)?;
+        Ok(duty)
+    }
+
+    /// A duty that takes no notice of samples.
+    pub fn idle() -> Self {
+        Self {
+            monitor: None,
+            telling: Telling::new(&MonitorJob {
+                monitor: MonitorConfig::new(1.0),
+                channel: 0,
+                every_s: 1.0,
+            }),
+        }
+    }
+
+    /// Begins a job, whatever it did before.
+    ///
+    /// # Errors
+    /// The setting that is out of range; the duty is then as it was.
+    pub fn begin(&mut self, job: &MonitorJob) -> Result<(), MonitorError> {
+        AnyMonitor::place(&mut self.monitor, &job.monitor)?;
+        self.telling = Telling::new(job);
+        Ok(())
+    }
+
+    /// Whether it takes no notice of samples.
+    pub fn is_idle(&self) -> bool {
+        self.monitor.is_none()
+    }
+
+    /// Takes no notice of samples from now on.
+    pub fn end(&mut self) {
+        self.monitor = None;
     }
 
     /// First message of the run.
@@ -37,20 +72,25 @@ impl MonitorDuty {
     /// Takes one sample; hands what there is to say to `say`.
     #[inline]
     pub fn sample(&mut self, x: f32, say: &mut impl FnMut(&Telemetry)) {
-        if let Some(report) = self.monitor.push(x) {
-            let histogram = || self.monitor.histogram();
-            self.telling.report(&report, histogram, say);
+        if let Some(monitor) = &mut self.monitor
+            && let Some(report) = monitor.push(x)
+        {
+            self.telling.report(&report, || monitor.histogram(), say);
         }
     }
 
     /// A tacho pulse has just come, `fraction` of a sample before the newest sample.
     pub fn pulse(&mut self, fraction: f32) {
-        self.monitor.pulse(fraction);
+        if let Some(monitor) = &mut self.monitor {
+            monitor.pulse(fraction);
+        }
     }
 
     /// The source lost samples.
     pub fn missing(&mut self, samples: u32) {
-        self.monitor.missing(samples);
+        if let Some(monitor) = &mut self.monitor {
+            monitor.missing(samples);
+        }
     }
 
     /// Last message of the run.
@@ -60,13 +100,15 @@ impl MonitorDuty {
         late_blocks: u32,
         dropped_frames: u32,
     ) -> Telemetry {
+        let heard = self.monitor.as_ref();
+        let (samples, health) = heard.map_or_else(Default::default, |monitor| {
+            (monitor.samples(), monitor.health())
+        });
         Telemetry::Finished(Finished {
             longest_block_us,
             late_blocks,
             dropped_frames,
-            ..self
-                .telling
-                .finished(self.monitor.samples(), self.monitor.health())
+            ..self.telling.finished(samples, health)
         })
     }
 }
@@ -75,10 +117,13 @@ impl MonitorDuty {
 #[derive(Debug, Clone)]
 pub struct Telling {
     job: MonitorJob,
-    /// Sample of the next line, and how many lines there have been.
+    /// Sample of the next line, and what is over in 2^-32 of a sample.
     next_line: u64,
-    lines: u32,
-    every_samples: f64,
+    next_part: u32,
+    /// Samples between two lines, likewise: whole numbers, so that rounding never adds up,
+    /// and no double precision where samples are taken.
+    every: u64,
+    every_part: u32,
     state_samples: [u64; 6],
     counted_to: u64,
     standing: Option<(f32, f32)>,
@@ -87,26 +132,23 @@ pub struct Telling {
     next_histogram: u64,
     histogram_samples: u64,
     locked_samples: u64,
-    /// Sums over decisions of the power removed and of the band's: double, since a
-    /// shift has more decisions than a single-precision sum can count.
-    removed: f64,
-    heard: f64,
+    /// Sums over decisions of the power removed and of the band's.
+    removed: LongSum,
+    heard: LongSum,
 }
 
 impl Telling {
     /// Nothing has been said yet.
     pub fn new(job: &MonitorJob) -> Self {
-        let every_samples = job.every_s * job.monitor.fs_hz;
+        let every = (job.every_s * job.monitor.fs_hz).max(1.0) * PARTS;
+        let (every, every_part) = ((every / PARTS) as u64, (every % PARTS) as u32);
         let histogram_samples = ((HISTOGRAM_S * job.monitor.fs_hz) as u64).max(1);
         Self {
             job: *job,
-            next_line: every_samples as u64,
-            lines: 1,
-            every_samples: if every_samples >= 1.0 {
-                every_samples
-            } else {
-                1.0
-            },
+            next_line: every,
+            next_part: every_part,
+            every,
+            every_part,
             state_samples: [0; 6],
             counted_to: 0,
             standing: None,
@@ -114,8 +156,8 @@ impl Telling {
             next_histogram: histogram_samples,
             histogram_samples,
             locked_samples: 0,
-            removed: 0.0,
-            heard: 0.0,
+            removed: LongSum::default(),
+            heard: LongSum::default(),
         }
     }
 
@@ -136,8 +178,8 @@ impl Telling {
             state_samples: self.state_samples,
             health,
             locked_samples: self.locked_samples,
-            removed_fraction: if self.heard > 0.0 {
-                (self.removed / self.heard) as f32
+            removed_fraction: if self.heard.value() > 0.0 {
+                (self.removed.value() / self.heard.value()) as f32
             } else {
                 0.0
             },
@@ -163,8 +205,8 @@ impl Telling {
         if report.spindle.locked {
             self.locked_samples += passed;
         }
-        self.removed += f64::from(report.spindle.removed_power);
-        self.heard += f64::from(report.level * report.level);
+        self.removed.add(report.spindle.removed_power);
+        self.heard.add(report.level * report.level);
         self.counted_to = report.sample;
         self.standing = report.standing;
         let alarm = |on, frequency, damping| {
@@ -185,8 +227,9 @@ impl Telling {
         }
         self.notices.look(report, say);
         if report.sample >= self.next_histogram {
-            self.next_histogram =
-                report.sample - report.sample % self.histogram_samples + self.histogram_samples;
+            let over = report.sample.checked_rem(self.histogram_samples);
+            let over = over.unwrap_or(0);
+            self.next_histogram = report.sample - over + self.histogram_samples;
             if let Some(amplitude) = report.amplitude {
                 let counts = histogram();
                 // A mode that has just been taken up has none yet.
@@ -199,10 +242,79 @@ impl Telling {
         }
         if report.sample >= self.next_line {
             say(&Telemetry::Verdict(Verdict::from_report(report)));
-            // Slow path: multiples of the interval, so that its rounding never adds up.
             while self.next_line <= report.sample {
-                self.lines += 1;
-                self.next_line = (f64::from(self.lines) * self.every_samples) as u64;
+                self.line_said();
+            }
+        }
+    }
+
+    /// The next line is one interval later.
+    fn line_said(&mut self) {
+        let (part, carry) = self.next_part.overflowing_add(self.every_part);
+        self.next_part = part;
+        self.next_line += self.every + u64::from(carry);
+    }
+}
+
+/// Parts of a sample, see [`Telling`].
+const PARTS: f64 = 4_294_967_296.0;
+
+/// A sum of more numbers than one of single precision can count: what an addition loses
+/// goes into the next (Kahan's compensation).
+#[derive(Debug, Clone, Copy, Default)]
+struct LongSum {
+    sum: f32,
+    excess: f32,
+}
+
+impl LongSum {
+    fn add(&mut self, x: f32) {
+        let x = x - self.excess;
+        let sum = self.sum + x;
+        self.excess = (sum - self.sum) - x;
+        self.sum = sum;
+    }
+
+    fn value(&self) -> f64 {
+        f64::from(self.sum) - f64::from(self.excess)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_sum_keeps_what_single_precision_loses() {
+        let (mut sum, mut plain, mut exact) = (LongSum::default(), 0.0f32, 0.0f64);
+        for k in 0..40_000_000u32 {
+            let x = 0.1 + (k & 7) as f32 * 0.01;
+            sum.add(x);
+            plain += x;
+            exact += f64::from(x);
+        }
+        let error = sum.value() / exact - 1.0;
+        assert!(error.abs() < 1e-7, "{error}");
+        let plain = f64::from(plain) / exact - 1.0;
+        assert!(plain.abs() > 1e-3, "{plain}");
+    }
+
+    #[test]
+    fn lines_stand_at_multiples_of_their_interval() {
+        for (fs_hz, every_s) in [(48_000.0, 0.01), (44_100.0, 0.1), (6_000.0, 1.0 / 7.0)] {
+            let mut telling = Telling::new(&MonitorJob {
+                monitor: MonitorConfig::new(fs_hz),
+                channel: 0,
+                every_s,
+            });
+            for line in 1..100_000u64 {
+                let exact = line as f64 * every_s * fs_hz;
+                let off = telling.next_line as f64 - exact;
+                assert!(
+                    (-1.0..=1e-3).contains(&off),
+                    "{fs_hz} {every_s} {line}: {off}"
+                );
+                telling.line_said();
             }
         }
     }

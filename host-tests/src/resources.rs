@@ -62,6 +62,30 @@ pub fn target_elf_or_skip(test: &str) -> Option<PathBuf> {
     found(target_elf(), test, why, required("RARMA_REQUIRE_TARGET"))
 }
 
+/// The image for the real board that `RARMA_BOARD_ELF` names, the program of its chip's
+/// model, and the folder of what that imports; without them, a loud line that names the test.
+///
+/// # Panics
+/// They are missing and `RARMA_REQUIRE_BOARD` is `1`.
+#[must_use]
+pub fn board_image_or_skip(test: &str) -> Option<(PathBuf, PathBuf, PathBuf)> {
+    let path = |variable| env::var_os(variable).map(PathBuf::from);
+    let image = path("RARMA_BOARD_ELF").filter(|image| image.is_file());
+    let why = "RARMA_BOARD_ELF names no image, or RARMA_G474_MODEL no model of its chip";
+    let found_image = image
+        .zip(path("RARMA_G474_MODEL"))
+        .zip(path("RARMA_G474_PACKAGES"));
+    let required = required("RARMA_REQUIRE_BOARD");
+    assert!(
+        found_image.is_some() || !required,
+        "{test}: {why}, and skipping is not allowed here"
+    );
+    if found_image.is_none() {
+        let _ = writeln!(std::io::stderr(), "SKIPPED: {test}: {why}");
+    }
+    found_image.map(|((image, model), packages)| (image, model, packages))
+}
+
 /// A recording of the shared folder with what is known about it.
 #[derive(Debug, Clone)]
 pub struct Known {

@@ -2,13 +2,16 @@
 //! value or its new one, and nothing else.
 
 use firmware::store;
-use hal_sim::rig::{SECTOR, SECTORS, SimFlash};
+use hal_sim::SimBox;
+use hal_sim::rig::{RigSetUp, SECTOR, SECTORS, SimFlash, SimRig, WORD};
 use rand::seq::IndexedRandom;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rarma_core::guard::FaultCode;
 use rarma_core::settings::{
     COUNT, Kind, SETTINGS, Setting, SettingValue, Settings, from_record, to_record,
 };
+use rarma_core::wire::Telemetry;
 
 const RANGE: std::ops::Range<u32> = 0..(SECTOR * SECTORS) as u32;
 
@@ -242,5 +245,39 @@ fn records_are_checked_for_meaning() {
         assert!(from_record(setting, &nan).is_err());
         assert!(from_record(setting, &nan[..5]).is_err());
         assert!(setting.check(setting.default_value()).is_ok());
+    }
+}
+
+/// On the chip a word whose writing was cut short has wrong check bits. Reading it costs no
+/// setting, and the host is told.
+#[test]
+fn a_word_cut_short_is_told_and_costs_no_setting() {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let (flash, before) = used(&mut rng, 7);
+    let setting = &SETTINGS[3];
+    let value = other(setting, &mut rng);
+    let mut whole = flash.clone();
+    store::write(&mut whole, RANGE, setting, Some(value)).expect("a good flash");
+    let bytes = whole.touched() - flash.touched();
+    assert!(bytes > WORD, "{bytes} bytes: a word of each kind is cut");
+    for power_for in 1..bytes {
+        let mut flash = flash.clone();
+        flash.power_for = Some(power_for);
+        assert!(store::write(&mut flash, RANGE, setting, Some(value)).is_err());
+        flash.power_up();
+        flash.take_unreadable();
+        assert_eq!(loaded(&mut flash.clone()), before);
+
+        let mut rig = SimRig::new(RigSetUp::default(), std::iter::repeat(0.0));
+        rig.flash = flash;
+        let mut all = SimBox::new(rig);
+        all.run_for(0.01);
+        let told = all.host.heard.iter().any(|heard| {
+            matches!(&heard.message, Telemetry::Fault(fault)
+                if fault.record.code == FaultCode::FlashUnreadable)
+        });
+        let is_cut = power_for % WORD != 0;
+        assert_eq!(told, is_cut, "power for {power_for} bytes");
+        assert_eq!(*all.app.settings(), before);
     }
 }

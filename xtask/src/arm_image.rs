@@ -4,7 +4,7 @@ use std::fs;
 use std::ops::Range;
 use std::path::Path;
 
-use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
+use object::{Object, ObjectSection, ObjectSegment, ObjectSymbol, SectionKind, SymbolKind};
 
 use crate::{Failure, Result};
 
@@ -26,6 +26,8 @@ pub struct ArmImage {
     /// Where code (`true`) and data between it (`false`) begin, by address.
     marks: Vec<(u64, bool)>,
     has_defmt_log: bool,
+    /// Bytes in flash, and of static memory.
+    sizes: (u64, u64),
 }
 
 impl ArmImage {
@@ -69,18 +71,30 @@ impl ArmImage {
             })
             .collect();
         marks.sort_unstable();
+        let sizes = sizes(&elf);
         let has_defmt_log = elf.section_by_name(".defmt").is_some();
         Ok(Self {
             functions,
             text,
             marks,
             has_defmt_log,
+            sizes,
         })
     }
 
     /// Whether what it writes to stdout is a defmt log.
     pub fn has_defmt_log(&self) -> bool {
         self.has_defmt_log
+    }
+
+    /// Bytes that it takes in flash.
+    pub fn flash_bytes(&self) -> u64 {
+        self.sizes.0
+    }
+
+    /// Bytes of its static memory.
+    pub fn static_bytes(&self) -> u64 {
+        self.sizes.1
     }
 
     /// The function of that name.
@@ -127,6 +141,26 @@ impl ArmImage {
         targets
     }
 
+    /// Places in a function that call or jump through a register.
+    pub fn pointer_calls(&self, function: &Function) -> usize {
+        let mut count = 0;
+        let mut address = function.code.start;
+        while address + 2 <= function.code.end {
+            let first = self.halfword(address).filter(|_| self.is_code(address));
+            count += usize::from(first.is_some_and(is_pointer_call));
+            let wide = first.is_some_and(|first| first >> 11 > 0b11100);
+            address += if wide { 4 } else { 2 };
+        }
+        count
+    }
+
+    /// The functions whose name, as linked, contains a part.
+    pub fn named<'a>(&'a self, part: &'a str) -> impl Iterator<Item = &'a Function> {
+        self.functions
+            .iter()
+            .filter(move |function| function.name.contains(part))
+    }
+
     fn halfword(&self, address: u64) -> Option<u16> {
         self.text.iter().find_map(|(start, bytes)| {
             let offset = usize::try_from(address.checked_sub(*start)?).ok()?;
@@ -156,6 +190,28 @@ impl ArmImage {
         }
         bytes
     }
+}
+
+/// What is loaded, and what lies in memory while it runs.
+fn sizes(elf: &object::File<'_>) -> (u64, u64) {
+    let loaded = elf.segments().map(|segment| segment.file_range().1).sum();
+    let memory = elf
+        .sections()
+        .filter(|section| {
+            matches!(
+                section.kind(),
+                SectionKind::Data | SectionKind::UninitializedData
+            )
+        })
+        .map(|section| section.size())
+        .sum();
+    (loaded, memory)
+}
+
+/// `blx` with a register, or `bx` with any but the one a function returns by.
+fn is_pointer_call(halfword: u16) -> bool {
+    let register = halfword >> 3 & 15;
+    halfword & 0xFF87 == 0x4780 || halfword & 0xFF87 == 0x4700 && register != 14
 }
 
 /// Target of `bl` and of the wide `b` (encodings T1 and T4 of the ARMv7-M manual), which
@@ -188,6 +244,13 @@ mod tests {
         assert_eq!(branch_target(0x2A, 0xF7FF, 0xFFED), Some(0x8));
         assert_eq!(branch_target(0x2A, 0xF7FF, 0xBFED), Some(0x8));
         assert_eq!(branch_target(0, 0xED9F, 0x0A00), None);
+    }
+
+    #[test]
+    fn tells_a_call_through_a_register_from_a_return() {
+        // blx r3, bx r2, bx lr, and an instruction of data processing.
+        let found = [0x4798, 0x4710, 0x4770, 0x4618].map(is_pointer_call);
+        assert_eq!(found, [true, true, false, false]);
     }
 
     #[test]

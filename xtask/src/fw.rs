@@ -1,4 +1,7 @@
 //! `cargo fw build|run|test [BOARD] [CARGO ARGS] [-- IMAGE ARGS]`.
+//!
+//! The emulated board runs in QEMU; a real one is flashed by probe-rs, which then shows the
+//! image's log.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -6,8 +9,20 @@ use std::process::Command;
 use crate::toolchain::ArmToolchain;
 use crate::{EMULATED_BOARD, Failure, Result, TARGET, Workspace, process};
 
-/// The cargo profile of every image.
-const PROFILE: &str = "fw";
+/// The cargo profile of a board's images: on a chip with little flash, the small one.
+fn profile(board: &str) -> &'static str {
+    if board == EMULATED_BOARD {
+        "fw"
+    } else {
+        "fw-small"
+    }
+}
+
+/// The program that flashes a real board, as cargo's runner; every real board there is has
+/// this chip.
+const FLASHER: &str = "probe-rs";
+const FLASH_RUNNER: &str = "probe-rs run --chip STM32G474RETx";
+const RUNNER_VARIABLE: &str = "CARGO_TARGET_THUMBV7EM_NONE_EABIHF_RUNNER";
 
 /// Cargo options that choose what is built; with one of them no choice is made here.
 const SELECTORS: [&str; 7] = [
@@ -25,7 +40,7 @@ const SELECTORS: [&str; 7] = [
 pub enum Verb {
     /// Link the board's image.
     Build,
-    /// Link it and run it in QEMU.
+    /// Link it and run it: in QEMU, or flashed onto a real board.
     Run,
     /// Link and run the on-target tests.
     Test,
@@ -125,6 +140,10 @@ impl Request {
         })
     }
 
+    fn is_emulated(&self) -> bool {
+        self.board == EMULATED_BOARD
+    }
+
     /// The binary that a build makes: the one chosen with `--bin`, else the board's.
     fn binary(&self) -> &str {
         let mut words = self.cargo_arguments.iter();
@@ -148,7 +167,7 @@ impl Request {
             "--target",
             TARGET,
             "--profile",
-            PROFILE,
+            profile(&self.board),
             "--features",
         ]
         .map(str::to_owned)
@@ -174,12 +193,12 @@ impl Request {
     }
 }
 
-/// Path of a linked image, by the name of its binary.
-pub fn elf_path(workspace: &Workspace, binary: &str) -> PathBuf {
+/// Path of a board's linked image, by the name of its binary.
+pub fn elf_path(workspace: &Workspace, board: &str, binary: &str) -> PathBuf {
     workspace
         .firmware_target_dir()
         .join(TARGET)
-        .join(PROFILE)
+        .join(profile(board))
         .join(binary)
 }
 
@@ -190,6 +209,9 @@ pub fn command(workspace: &Workspace, toolchain: &ArmToolchain, request: &Reques
         .args(request.cargo_line())
         .env("CARGO_TARGET_DIR", workspace.firmware_target_dir())
         .env("RARMA_XTASK", workspace.program());
+    if request.verb == Verb::Run && !request.is_emulated() {
+        command.env(RUNNER_VARIABLE, FLASH_RUNNER);
+    }
     command
 }
 
@@ -201,7 +223,7 @@ pub fn build_image(workspace: &Workspace, board: &str) -> Result<PathBuf> {
     let toolchain = ArmToolchain::find_or_make(workspace)?;
     let request = Request::build(board);
     process::run(&mut command(workspace, &toolchain, &request))?;
-    Ok(elf_path(workspace, board))
+    Ok(elf_path(workspace, board, board))
 }
 
 /// Boards that have a memory map.
@@ -236,13 +258,21 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
             )),
         );
     }
-    let emulated = request.board == EMULATED_BOARD;
-    if request.verb != Verb::Build && !emulated {
+    if request.verb == Verb::Test && !request.is_emulated() {
         return Err(
             Failure::usage(format!("board `{}` is not emulated", request.board)).advise(format!(
-                "`cargo fw {} {EMULATED_BOARD}`, or build the image and flash it",
-                request.verb.name()
+                "`cargo fw test {EMULATED_BOARD}`; `cargo fw run {}` flashes the image",
+                request.board
             )),
+        );
+    }
+    if request.verb == Verb::Run
+        && !request.is_emulated()
+        && process::find_program(FLASHER).is_none()
+    {
+        return Err(
+            Failure::new(format!("no {FLASHER} to flash the board with"))
+                .advise("`cargo install probe-rs-tools --locked`, then connect the board by USB"),
         );
     }
 
@@ -253,7 +283,10 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
         return Ok(process::exit_code(status));
     }
     if request.print_elf {
-        println!("{}", elf_path(workspace, request.binary()).display());
+        println!(
+            "{}",
+            elf_path(workspace, &request.board, request.binary()).display()
+        );
     }
     Ok(0)
 }
@@ -305,6 +338,17 @@ mod tests {
             !request.cargo_line().contains(&EMULATED_BOARD.to_owned()),
             "a chosen --bin stands alone"
         );
+    }
+
+    #[test]
+    fn a_real_board_has_the_small_profile_and_its_own_runner() {
+        let line = |words: &str| parse(words).expect("valid").cargo_line().join(" ");
+        assert!(line("build nucleo-g474re").contains("--profile fw-small "));
+        assert!(line("build").contains("--profile fw "));
+        assert!(!parse("run nucleo-g474re").expect("valid").is_emulated());
+        assert!(FLASH_RUNNER.starts_with(FLASHER));
+        let target = TARGET.to_uppercase().replace('-', "_");
+        assert_eq!(RUNNER_VARIABLE, format!("CARGO_TARGET_{target}_RUNNER"));
     }
 
     #[test]

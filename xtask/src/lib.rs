@@ -4,6 +4,7 @@
 //! takes the arguments after its name and returns the process' exit code.
 
 pub mod arm_image;
+pub mod chip;
 pub mod count;
 pub mod demo;
 pub mod failure;

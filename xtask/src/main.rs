@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use xtask::{Failure, Workspace, count, demo, fw, qemu, verify};
+use xtask::{Failure, Workspace, chip, count, demo, fw, qemu, verify};
 
 const HELP: &str = "\
 The workspace's own commands.
@@ -10,12 +10,17 @@ The workspace's own commands.
   cargo demo [ARGS]             simulated machine tool, monitored; report in target/demo
   cargo verify [--ci]           every check; --ci: a skipped check is a failure
   cargo fw build|run|test [BOARD] [CARGO ARGS] [-- IMAGE ARGS]
-                                the firmware for the Cortex-M4F (default board mps2-an386)
+                                the firmware for the Cortex-M4F (default board mps2-an386);
+                                run: in QEMU, or flashed onto nucleo-g474re by probe-rs
       --print-elf               build: last line on stdout is the image's path
   cargo xtask count [KERNEL...] instructions and estimated cycles per sample
       --list                    name the kernels
       --markdown FILE           write the table between the markers in FILE
       --check FILE              fail if a count is 2 % off the table in FILE
+  cargo xtask chip              what the image for the NUCLEO-G474RE takes of its chip
+      --image ELF               of this image, already built
+      --markdown FILE           write the table between the markers in FILE
+      --check FILE              fail if a figure differs from the table in FILE
   cargo xtask qemu ELF [ARGS]   run one image in QEMU, its log decoded
 ";
 
@@ -29,6 +34,7 @@ fn main() -> ExitCode {
         "demo" => demo::main(&workspace, &rest),
         "verify" => verify::main(&workspace, &rest),
         "count" => count::main(&workspace, &rest),
+        "chip" => chip::main(&workspace, &rest),
         "" | "help" | "-h" | "--help" => {
             print!("{HELP}");
             Ok(0)

@@ -170,6 +170,11 @@ pub trait BoxBoard: Emergency {
     /// cut ends, may have done any part of its work.
     fn flash(&mut self) -> (&mut Self::Flash, Range<u32>);
 
+    /// Words of that flash that could not be read since the last call, because a power cut
+    /// ended their writing or they have aged. What they hold is handed out as it is: the
+    /// store's own checks refuse it.
+    fn unreadable_words(&mut self) -> u32;
+
     /// Takes bytes of the host that have come, at most `bytes.len()`. Does not wait. Bytes
     /// that came faster than they were taken are lost and show as broken frames.
     ///

@@ -3,6 +3,7 @@
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
+use std::collections::BTreeSet;
 
 /// Smallest write, bytes: a double word with its check bits, as on the G4.
 pub const WORD: usize = 8;
@@ -43,6 +44,9 @@ pub struct SimFlash {
     pub worn: bool,
     touched: usize,
     dead: bool,
+    /// Words whose writing was cut short: their check bits do not fit.
+    spoilt: BTreeSet<usize>,
+    unreadable: u32,
 }
 
 impl Default for SimFlash {
@@ -53,6 +57,8 @@ impl Default for SimFlash {
             worn: false,
             touched: 0,
             dead: false,
+            spoilt: BTreeSet::new(),
+            unreadable: 0,
         }
     }
 }
@@ -67,6 +73,11 @@ impl SimFlash {
     /// Whether the power went away during an operation.
     pub fn lost_power(&self) -> bool {
         self.dead
+    }
+
+    /// Spoilt words that were read since the last call.
+    pub fn take_unreadable(&mut self) -> u32 {
+        std::mem::take(&mut self.unreadable)
     }
 
     /// Bytes written and erased so far.
@@ -119,6 +130,8 @@ impl ReadNorFlash for SimFlash {
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
         self.check(offset, offset + bytes.len() as u32, 1)?;
         let from = offset as usize;
+        let words = from / WORD..(from + bytes.len()).div_ceil(WORD);
+        self.unreadable += self.spoilt.range(words).count() as u32;
         bytes.copy_from_slice(&self.bytes[from..from + bytes.len()]);
         Ok(())
     }
@@ -141,6 +154,7 @@ impl NorFlash for SimFlash {
             if !self.touch(at, 0xFF) {
                 return Err(FlashError::PowerLost);
             }
+            self.spoilt.remove(&(at / WORD));
         }
         Ok(())
     }
@@ -160,8 +174,15 @@ impl NorFlash for SimFlash {
             }
         }
         for (k, &byte) in bytes.iter().enumerate() {
+            let word = (from + k) / WORD;
             if !self.touch(from + k, byte) {
+                if k % WORD > 0 {
+                    self.spoilt.insert(word);
+                }
                 return Err(FlashError::PowerLost);
+            }
+            if k % WORD == WORD - 1 {
+                self.spoilt.remove(&word);
             }
         }
         Ok(())

@@ -119,7 +119,9 @@ impl Regulator {
                 limiting: true,
             };
         }
-        let clamped = duty.clamp(-tuning.most_duty, tuning.most_duty);
+        // Not `clamp`, which panics where the limit is not one; this gives no duty there.
+        let most = tuning.most_duty.max(0.0);
+        let clamped = duty.max(-most).min(most);
         let limiting = clamped != duty;
         if !limiting || error * duty < 0.0 {
             self.sum_v += tuning.integral * error;

@@ -93,8 +93,10 @@ impl<T: Real> FirStage<T> {
         self.phase = 0;
         // Oldest sample at `at`; taps are symmetric, so the order does not matter
         // as long as it is one of the two.
-        let (newer, older) = self.history[..self.length].split_at(self.at);
-        let (h_old, h_new) = self.taps[..self.length].split_at(older.len());
+        let history = self.history.get(..self.length)?;
+        let taps = self.taps.get(..self.length)?;
+        let (newer, older) = history.split_at_checked(self.at)?;
+        let (h_old, h_new) = taps.split_at_checked(older.len())?;
         let mut sum = T::ZERO;
         for (h, x) in h_old.iter().zip(older) {
             sum += *h * *x;

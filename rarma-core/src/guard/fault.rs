@@ -172,6 +172,11 @@ faults! {
     Panic = 102, "panic", "1", Past;
     /// The processor took an exception it cannot return from.
     HardFault = 103, "hard-fault", "1", Past;
+    /// Memory of the program gave what it was not given: it cannot be trusted; value: address.
+    MemoryError = 104, "memory-error", "address", Past;
+    /// Stored words of settings that cannot be read, mostly one whose writing a power cut
+    /// ended: older records are in force; value: words.
+    FlashUnreadable = 105, "flash-unreadable", "words", Listening;
 }
 
 /// What a fault does in a mode.

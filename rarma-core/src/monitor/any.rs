@@ -30,6 +30,19 @@ macro_rules! any_monitor {
                 })
             }
 
+            /// Makes `slot` a monitor of the order in `config`, in place.
+            ///
+            /// A monitor is 21 KB, and every function that hands one on by value may need
+            /// its size on the stack again; this needs it twice, whatever the caller.
+            ///
+            /// # Errors
+            /// See [`MonitorConfig::check`]; `slot` is then as it was.
+            pub fn place(slot: &mut Option<Self>, config: &MonitorConfig) -> Result<(), MonitorError> {
+                match config.order {
+                    $(Order::$variant => place_as(slot, config, Self::$variant),)*
+                }
+            }
+
             /// Takes one sample; see [`Monitor::push`].
             #[inline]
             pub fn push(&mut self, x: T) -> Option<Report<T>> {
@@ -81,6 +94,18 @@ macro_rules! any_monitor {
             }
         }
     };
+}
+
+/// One order's part of [`AnyMonitor::place`]: not inlined, so that the temporaries of the
+/// orders do not lie on the stack side by side.
+#[inline(never)]
+fn place_as<T: Real, const P: usize, const Q: usize, const N: usize>(
+    slot: &mut Option<AnyMonitor<T>>,
+    config: &MonitorConfig,
+    variant: impl FnOnce(Monitor<T, P, Q, N>) -> AnyMonitor<T>,
+) -> Result<(), MonitorError> {
+    *slot = Some(variant(Monitor::new(config)?));
+    Ok(())
 }
 
 any_monitor! {

@@ -351,16 +351,16 @@ fn adopt<T: Real>(old: &mut [Quadratic<T>], found: &[Quadratic<T>]) {
     let distance = |x: &Quadratic<T>, y: &Quadratic<T>| (x.u - y.u).abs() + (x.v - y.v).abs();
     let mut taken = 0u32;
     for slot in old.iter_mut() {
-        let mut best: Option<(usize, T)> = None;
+        let mut best: Option<(usize, T, Quadratic<T>)> = None;
         for (i, candidate) in found.iter().enumerate() {
             let d = distance(slot, candidate);
-            if taken & (1 << i) == 0 && best.is_none_or(|(_, b)| d < b) {
-                best = Some((i, d));
+            if taken & (1 << i) == 0 && best.is_none_or(|(_, b, _)| d < b) {
+                best = Some((i, d, *candidate));
             }
         }
-        if let Some((i, _)) = best {
+        if let Some((i, _, nearest)) = best {
             taken |= 1 << i;
-            *slot = found[i];
+            *slot = nearest;
         }
     }
 }

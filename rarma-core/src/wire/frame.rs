@@ -55,20 +55,24 @@ pub fn encode<'a, M: Serialize>(
     sequence: u16,
     out: &'a mut [u8; MAX_FRAME],
 ) -> Result<&'a [u8], FrameError> {
+    // Checked access throughout: this runs where a panic would stop the samples.
+    let long = FrameError::TooLong;
     let mut plain = [0u8; MAX_PLAIN];
-    let (head, body) = plain.split_at_mut(HEAD);
     let [s0, s1] = sequence.to_le_bytes();
-    head.copy_from_slice(&[MAGIC[0], MAGIC[1], VERSION, s0, s1]);
-    let room = body.len() - 2;
-    let used = postcard::to_slice(message, &mut body[..room])
-        .map_err(|_| FrameError::TooLong)?
-        .len();
-    let crc = CRC.checksum(&plain[..HEAD + used]).to_le_bytes();
-    plain[HEAD + used..HEAD + used + 2].copy_from_slice(&crc);
-    let stuffed = cobs::try_encode(&plain[..HEAD + used + 2], &mut out[..MAX_FRAME - 1])
-        .map_err(|_| FrameError::TooLong)?;
-    out[stuffed] = 0;
-    Ok(&out[..=stuffed])
+    let (head, body) = plain.split_first_chunk_mut::<HEAD>().ok_or(long)?;
+    *head = [MAGIC[0], MAGIC[1], VERSION, s0, s1];
+    let room = body.get_mut(..MAX_PLAIN - HEAD - 2).ok_or(long)?;
+    let used = HEAD + postcard::to_slice(message, room).map_err(|_| long)?.len();
+    let crc = CRC.checksum(plain.get(..used).ok_or(long)?);
+    let place = plain.get_mut(used..used + 2).ok_or(long)?;
+    for (place, byte) in place.iter_mut().zip(crc.to_le_bytes()) {
+        *place = byte;
+    }
+    let content = plain.get(..used + 2).ok_or(long)?;
+    let room = out.get_mut(..MAX_FRAME - 1).ok_or(long)?;
+    let stuffed = cobs::try_encode(content, room).map_err(|_| long)?;
+    *out.get_mut(stuffed).ok_or(long)? = 0;
+    out.get(..=stuffed).ok_or(long)
 }
 
 /// Reads one frame without its closing zero; returns the sequence number and the

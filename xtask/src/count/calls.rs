@@ -1,9 +1,9 @@
 //! Which calls that the sample path should not have are there all the same: to double
 //! precision, which is software on a Cortex-M4F, and to a panic.
 //!
-//! Static, from the linked image: every function that the kernel entered, and every one
-//! these can call directly, is searched for call instructions. Calls through a pointer
-//! are not followed; the sample path has none.
+//! Static, from the linked image: every function that was entered, or that is named as a
+//! root, and every one these can call directly, is searched for call instructions. Calls
+//! through a pointer are not followed, but counted: a path that has none is searched whole.
 
 use crate::arm_image::{ArmImage, Function};
 
@@ -14,6 +14,10 @@ pub struct Unwanted {
     pub double: Vec<Site>,
     /// To what ends in a panic.
     pub panic: Vec<Site>,
+    /// To an allocator.
+    pub heap: Vec<Site>,
+    /// Through a pointer: the callee is not known.
+    pub pointer: Vec<Site>,
 }
 
 /// One place that calls, by names as linked.
@@ -26,14 +30,25 @@ pub struct Site {
 impl Unwanted {
     /// In what was executed and in what that can call.
     pub fn find(image: &ArmImage, executed: &[u64]) -> Self {
+        Self::reachable(image, image.entered(executed).collect())
+    }
+
+    /// In some functions and in what they can call, executed or not.
+    pub fn reachable(image: &ArmImage, roots: Vec<&Function>) -> Self {
         let mut found = Self::default();
-        let mut waiting: Vec<&Function> = image.entered(executed).collect();
+        let mut waiting = roots;
         let mut seen = Vec::new();
         while let Some(function) = waiting.pop() {
             if seen.contains(&function.code.start) {
                 continue;
             }
             seen.push(function.code.start);
+            found
+                .pointer
+                .extend((0..image.pointer_calls(function)).map(|_| Site {
+                    callee: "a pointer".to_owned(),
+                    caller: function.name.clone(),
+                }));
             for target in image.calls(function) {
                 let names = || image.at(target).map(|callee| callee.name.as_str());
                 let site = |name: &str| Site {
@@ -44,6 +59,8 @@ impl Unwanted {
                     found.double.push(site(name));
                 } else if let Some(name) = names().find(|name| is_panic(name)) {
                     found.panic.push(site(name));
+                } else if let Some(name) = names().find(|name| is_heap(name)) {
+                    found.heap.push(site(name));
                 } else {
                     waiting.extend(image.at(target).next());
                 }
@@ -56,11 +73,19 @@ impl Unwanted {
     pub fn add(&mut self, other: Self) {
         self.double.extend(other.double);
         self.panic.extend(other.panic);
+        self.heap.extend(other.heap);
+        self.pointer.extend(other.pointer);
     }
 
     /// A line for each routine that is called, with its callers.
     pub fn summary(&self) -> Vec<String> {
-        let mut sites: Vec<&Site> = self.double.iter().chain(&self.panic).collect();
+        let mut sites: Vec<&Site> = self
+            .double
+            .iter()
+            .chain(&self.panic)
+            .chain(&self.heap)
+            .chain(&self.pointer)
+            .collect();
         sites.sort();
         sites.dedup();
         let same = sites.chunk_by(|x, y| x.callee == y.callee);
@@ -87,6 +112,13 @@ fn is_double(name: &str) -> bool {
 /// Names of the core library's ways into a panic, mangled or not.
 fn is_panic(name: &str) -> bool {
     ["panic", "_fail", "unwrap_failed", "expect_failed"]
+        .iter()
+        .any(|part| name.contains(part))
+}
+
+/// Names of allocators and of what calls them.
+fn is_heap(name: &str) -> bool {
+    ["__rust_alloc", "__rg_alloc", "__rust_realloc", "malloc"]
         .iter()
         .any(|part| name.contains(part))
 }
@@ -119,6 +151,7 @@ mod tests {
         let found = Unwanted {
             double: vec![site("__aeabi_dadd", "f")],
             panic: ["d", "c", "b", "a", "a"].map(|f| site("panic", f)).into(),
+            ..Unwanted::default()
         };
         let lines = [
             "__aeabi_dadd, called by f",

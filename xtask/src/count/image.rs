@@ -54,7 +54,7 @@ impl CountImage {
         let mut request = Request::build(EMULATED_BOARD);
         request.cargo_arguments = vec!["--bin".to_owned(), BINARY.to_owned()];
         process::run(&mut fw::command(workspace, toolchain, &request))?;
-        let elf = fw::elf_path(workspace, BINARY);
+        let elf = fw::elf_path(workspace, EMULATED_BOARD, BINARY);
         let image = ArmImage::read(&elf)?;
         let mark = |name: &str| {
             image.function(name).map(|function| function.code.start).ok_or_else(|| {

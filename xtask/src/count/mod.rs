@@ -4,7 +4,7 @@
 //! and `roi_end`. QEMU runs it with the plugin in `tools/m4-cycles`, which counts what is
 //! executed between the two. The kernel `nop` is the empty loop; its counts are subtracted.
 
-mod calls;
+pub mod calls;
 mod image;
 mod plugin;
 pub mod table;

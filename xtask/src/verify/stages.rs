@@ -5,14 +5,16 @@ use std::process::Command;
 
 use super::dependencies;
 use super::summary::Outcome;
+use crate::chip::figures::Figures;
+use crate::chip::model::Model;
 use crate::toolchain::ArmToolchain;
-use crate::{EMULATED_BOARD, Result, TARGET, Workspace, count, fw, process, qemu};
+use crate::{EMULATED_BOARD, Result, TARGET, Workspace, chip, count, fw, process, qemu};
 
 /// A check: reads and adds to the bench.
 pub type Check = fn(&mut Bench<'_>) -> Result<Outcome>;
 
 /// Every check with its name.
-pub const ALL: [(&str, Check); 12] = [
+pub const ALL: [(&str, Check); 14] = [
     ("format", format),
     ("clippy", clippy),
     ("docs", docs),
@@ -20,9 +22,11 @@ pub const ALL: [(&str, Check); 12] = [
     ("target toolchain", toolchain),
     ("core without std", core_without_std),
     ("firmware image", firmware_image),
+    ("board image", board_image),
     ("host tests", host_tests),
     ("doc tests", doc_tests),
     ("on-target tests", on_target_tests),
+    ("board figures", board_figures),
     ("counting plugin", counting_plugin),
     ("instruction counts", instruction_counts),
 ];
@@ -37,8 +41,10 @@ pub struct Bench<'a> {
     ci: bool,
     /// The target's toolchain, or why there is none.
     toolchain: std::result::Result<ArmToolchain, String>,
-    /// The board's image, once built.
+    /// The emulated board's image, once built.
     image: Option<PathBuf>,
+    /// The image for the real board and the model of its chip, once both are there.
+    board: Option<(PathBuf, Model)>,
 }
 
 impl<'a> Bench<'a> {
@@ -49,6 +55,7 @@ impl<'a> Bench<'a> {
             ci,
             toolchain: Err("not looked for yet".to_owned()),
             image: None,
+            board: None,
         }
     }
 
@@ -69,6 +76,12 @@ impl<'a> Bench<'a> {
             tests
                 .env("RARMA_TARGET_ELF", image)
                 .env("RARMA_REQUIRE_TARGET", "1");
+        }
+        if let Some((image, model)) = &self.board {
+            model.tell(tests);
+            tests
+                .env("RARMA_BOARD_ELF", image)
+                .env("RARMA_REQUIRE_BOARD", "1");
         }
         if self.ci {
             tests.env("RARMA_REQUIRE_SHARED", "1");
@@ -169,8 +182,49 @@ fn firmware_image(bench: &mut Bench<'_>) -> Result<Outcome> {
         &fw::Request::build(EMULATED_BOARD),
     );
     let outcome = bench.pass_if(&mut build)?;
-    bench.image = Some(fw::elf_path(bench.workspace, EMULATED_BOARD));
+    bench.image = Some(fw::elf_path(
+        bench.workspace,
+        EMULATED_BOARD,
+        EMULATED_BOARD,
+    ));
     Ok(outcome)
+}
+
+/// The image for the real board; without a model of its chip it is built all the same.
+fn board_image(bench: &mut Bench<'_>) -> Result<Outcome> {
+    let toolchain = toolchain_or_skip!(bench);
+    let image = chip::build(bench.workspace, toolchain)?;
+    match Model::find_or_make(bench.workspace) {
+        Ok(model) => {
+            bench.board = Some((image, model));
+            Ok(Outcome::passed())
+        }
+        Err(failure) => Ok(Outcome::Skipped(format!("built, but {failure}"))),
+    }
+}
+
+/// Figures belong to a compiler, like the counts.
+fn board_figures(bench: &mut Bench<'_>) -> Result<Outcome> {
+    let toolchain = toolchain_or_skip!(bench);
+    let Some((image, _)) = &bench.board else {
+        return Ok(Outcome::Skipped(
+            "no image, or no model of the chip".to_owned(),
+        ));
+    };
+    let figures = chip::measure(bench.workspace, toolchain, image)?;
+    println!("{}", figures.markdown());
+    let path = bench.workspace.root().join(chip::PAGE);
+    let document = std::fs::read_to_string(&path).unwrap_or_default();
+    let committed = Figures::compiler_in(&document).unwrap_or_default();
+    if committed != figures.compiler() {
+        return Ok(Outcome::Skipped(format!(
+            "{} has the figures of {committed}, this is {}: `cargo xtask chip --markdown {}`",
+            chip::PAGE,
+            figures.compiler(),
+            chip::PAGE
+        )));
+    }
+    chip::check(&figures, &path).map(|()| Outcome::passed())
 }
 
 fn host_tests(bench: &mut Bench<'_>) -> Result<Outcome> {

@@ -1,0 +1,291 @@
+//! The chip set up as this board: clock tree, interrupts, every part started.
+
+use super::clock::{self, ClockInterrupt};
+use super::link::Link;
+use super::samples::{self, Microphones};
+use super::settings_flash::SettingsFlash;
+use super::tacho::Tacho;
+use super::{bridges, injected, supply, timing};
+use core::cell::UnsafeCell;
+use core::mem::MaybeUninit;
+use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, InjectedTrigger};
+use embassy_stm32::comp::{self, Comp, Hysteresis, InvertingInput};
+use embassy_stm32::dac::{Dac, DacChannel, Value};
+use embassy_stm32::flash::Flash;
+use embassy_stm32::gpio::{AfType, Flex, Input, Level, Output, OutputType, Pull, Speed};
+use embassy_stm32::opamp::{OpAmp, OpAmpSpeed};
+use embassy_stm32::pac;
+use embassy_stm32::rcc::{Hse, HseMode, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk, mux};
+use embassy_stm32::time::Hertz;
+use embassy_stm32::timer::complementary_pwm::{ComplementaryPwm, ComplementaryPwmPin};
+use embassy_stm32::timer::simple_pwm::PwmPin;
+use embassy_stm32::timer::{BkIn1, BreakInputPin};
+use embassy_stm32::triggers::TIM1_TRGO2;
+use embassy_stm32::wdg::IndependentWatchdog;
+use embassy_stm32::{Peri, bind_interrupts, peripherals};
+
+use crate::board::{ResetCause, WATCHDOG_US};
+use rarma_core::guard::KEPT_BYTES;
+
+macro_rules! pin_set {
+    (; $($name:ident: $pin:ident, $function:literal, $connector:literal, $signal:literal;)*) => {
+        /// The board's pins by what they are for.
+        struct Pins { $($name: Peri<'static, peripherals::$pin>,)* }
+    };
+}
+with_every_pin!(pin_set);
+
+macro_rules! taken {
+    ($chip:ident; $($name:ident: $pin:ident, $function:literal, $connector:literal, $signal:literal;)*) => {
+        Pins { $($name: $chip.$pin,)* }
+    };
+}
+
+bind_interrupts!(struct Interrupts {
+    PVD_PVM => supply::SupplyInterrupt;
+    TIM2 => ClockInterrupt;
+    ADC3 => bridges::PeriodInterrupt;
+    COMP1_2_3 => comp::InterruptHandler<peripherals::COMP1>;
+    COMP4_5_6 => comp::InterruptHandler<peripherals::COMP4>, comp::InterruptHandler<peripherals::COMP5>;
+    COMP7 => comp::InterruptHandler<peripherals::COMP7>;
+});
+
+/// OPAMP4's output inside the chip, a channel of ADC5 (reference manual RM0440, 21.4.11).
+const OPAMP4_CHANNEL: u8 = 5;
+
+/// What a reset leaves, and a mark that it has been written.
+struct Kept(UnsafeCell<MaybeUninit<(u32, [u8; KEPT_BYTES])>>);
+
+// SAFETY: read once at start-up, written where nothing else runs or from the main side.
+unsafe impl Sync for Kept {}
+
+#[unsafe(link_section = ".uninit.kept")]
+static KEPT: Kept = Kept(UnsafeCell::new(MaybeUninit::uninit()));
+const KEPT_MARK: u32 = 0x5AFE_B0C5;
+
+/// The board.
+#[allow(missing_debug_implementations)] // the HAL's drivers have none
+pub struct Nucleo {
+    pub(super) microphones: Microphones,
+    pub(super) tacho: Tacho,
+    pub(super) link: Link,
+    pub(super) flash: SettingsFlash,
+    pub(super) watchdog: IndependentWatchdog<'static, peripherals::IWDG>,
+    pub(super) enable: Input<'static>,
+    pub(super) leds: [Output<'static>; 3],
+    pub(super) reset_cause: ResetCause,
+    pub(super) kept: [u8; KEPT_BYTES],
+}
+
+impl Nucleo {
+    /// Starts the clock tree and every part of the board, all outputs off. To be called
+    /// once.
+    ///
+    /// # Panics
+    /// When called twice, or when the board's numbers do not fit the chip.
+    #[inline(never)]
+    pub fn set_up() -> Self {
+        let (reset_cause, kept) = past();
+        let chip = embassy_stm32::init(clock_tree());
+        let pins = with_every_pin!(taken, chip);
+        let mut watchdog = IndependentWatchdog::new(chip.IWDG, WATCHDOG_US as u32);
+        watchdog.unleash();
+        clock::start(chip.TIM2);
+
+        let mut valve = DacChannel::new_blocking(chip.DAC1, pins.valve);
+        valve.set(Value::Bit12Right(0));
+        core::mem::forget(valve);
+        core::mem::forget(Output::new(pins.power_stage, Level::Low, Speed::Low));
+        // The pin breaks the timer, and is read as well: high is a closed chain.
+        let function = BreakInputPin::<peripherals::TIM1, BkIn1>::af_num(&*pins.emergency_stop);
+        let mut stop = Flex::new(pins.emergency_stop);
+        stop.set_as_af_unchecked(function, AfType::input(Pull::Down));
+        core::mem::forget(stop);
+
+        // Thresholds of the comparators, inside the chip.
+        let mut thresholds = Dac::<embassy_stm32::mode::Blocking>::new_internal(chip.DAC3);
+        thresholds
+            .ch1()
+            .set(Value::Bit12Right(bridges::trip_code()));
+        thresholds
+            .ch2()
+            .set(Value::Bit12Right(bridges::trip_code()));
+        core::mem::forget(thresholds);
+        let mut thresholds = Dac::<embassy_stm32::mode::Blocking>::new_internal(chip.DAC4);
+        thresholds
+            .ch1()
+            .set(Value::Bit12Right(bridges::trip_code()));
+        core::mem::forget(thresholds);
+
+        let (mut x1, mut x2) = (pins.current_x1, pins.current_x2);
+        let (mut y1, mut y2) = (pins.current_y1, pins.current_y2);
+        core::mem::forget(Comp::new(chip.COMP1, x1.reborrow(), Interrupts, trips()));
+        core::mem::forget(Comp::new(chip.COMP4, x2.reborrow(), Interrupts, trips()));
+        core::mem::forget(Comp::new(chip.COMP5, y1.reborrow(), Interrupts, trips()));
+        core::mem::forget(Comp::new(chip.COMP7, y2.reborrow(), Interrupts, trips()));
+
+        let mut follower = OpAmp::new(chip.OPAMP4, OpAmpSpeed::HighSpeed);
+        core::mem::forget(follower.buffer_int(pins.supply));
+        core::mem::forget(follower);
+        core::mem::forget(Adc::new(chip.ADC3, AdcConfig::default()));
+        core::mem::forget(Adc::new(chip.ADC4, AdcConfig::default()));
+        core::mem::forget(Adc::new(chip.ADC5, AdcConfig::default()));
+        injected::start(
+            pac::ADC3,
+            &[
+                AdcChannel::<peripherals::ADC3>::degrade_adc(x1).get_hw_channel(),
+                AdcChannel::<peripherals::ADC3>::degrade_adc(x2).get_hw_channel(),
+                AdcChannel::<peripherals::ADC3>::degrade_adc(y1).get_hw_channel(),
+            ],
+            InjectedTrigger::<peripherals::ADC3>::signal(&TIM1_TRGO2),
+        );
+        injected::start(
+            pac::ADC4,
+            &[
+                AdcChannel::<peripherals::ADC4>::degrade_adc(y2).get_hw_channel(),
+                AdcChannel::<peripherals::ADC4>::degrade_adc(pins.gap_x).get_hw_channel(),
+                AdcChannel::<peripherals::ADC4>::degrade_adc(pins.gap_y).get_hw_channel(),
+            ],
+            InjectedTrigger::<peripherals::ADC4>::signal(&TIM1_TRGO2),
+        );
+        injected::start(
+            pac::ADC5,
+            &[
+                AdcChannel::<peripherals::ADC5>::degrade_adc(pins.pressure).get_hw_channel(),
+                AdcChannel::<peripherals::ADC5>::degrade_adc(pins.gauge).get_hw_channel(),
+                OPAMP4_CHANNEL,
+            ],
+            InjectedTrigger::<peripherals::ADC5>::signal(&TIM1_TRGO2),
+        );
+
+        let push_pull = OutputType::PushPull;
+        bridges::start(ComplementaryPwm::new(
+            chip.TIM1,
+            Some(PwmPin::new(pins.coil_x1_high, push_pull)),
+            Some(ComplementaryPwmPin::new(pins.coil_x1_low, push_pull)),
+            Some(PwmPin::new(pins.coil_x2_high, push_pull)),
+            Some(ComplementaryPwmPin::new(pins.coil_x2_low, push_pull)),
+            Some(PwmPin::new(pins.coil_y1_high, push_pull)),
+            Some(ComplementaryPwmPin::new(pins.coil_y1_low, push_pull)),
+            Some(PwmPin::new(pins.coil_y2_high, push_pull)),
+            Some(ComplementaryPwmPin::new(pins.coil_y2_low, push_pull)),
+            bridges::RATE.0,
+            bridges::RATE.1,
+        ));
+
+        let link = Link::start(
+            chip.USART2,
+            pins.link_in,
+            pins.link_out,
+            chip.DMA1_CH3,
+            chip.DMA1_CH4,
+        );
+        let Ok(link) = link else {
+            panic!("the link's rate cannot be made from this clock");
+        };
+        let tacho = Tacho::start(pins.tacho, chip.DMA1_CH5);
+        let microphones = Microphones::start(samples::Peripherals {
+            adc_1: chip.ADC1,
+            adc_2: chip.ADC2,
+            dma_1: chip.DMA1_CH1,
+            dma_2: chip.DMA1_CH2,
+            trigger: chip.TIM6,
+            microphone_1: pins.microphone_1,
+            microphone_2: pins.microphone_2,
+        });
+        bridges::start_loop();
+        supply::start();
+        Self {
+            microphones,
+            tacho,
+            link,
+            flash: SettingsFlash(Flash::new_blocking(chip.FLASH)),
+            watchdog,
+            enable: Input::new(pins.enable, Pull::Down),
+            leds: [
+                Output::new(pins.led_alive, Level::Low, Speed::Low),
+                Output::new(pins.led_energised, Level::Low, Speed::Low),
+                Output::new(pins.led_warning, Level::Low, Speed::Low),
+            ],
+            reset_cause,
+            kept,
+        }
+    }
+}
+
+/// Why the chip was reset, and what was kept across it. Clears the chip's flags.
+fn past() -> (ResetCause, [u8; KEPT_BYTES]) {
+    let flags = pac::RCC.csr().read();
+    pac::RCC.csr().modify(|w| w.set_rmvf(true));
+    // SAFETY: nothing else touches it yet. After a power-up the bytes are anything, which
+    // the mark and the record's own check tell; both types allow any bits.
+    let (mark, kept) = unsafe {
+        KEPT.0
+            .get()
+            .cast::<(u32, [u8; KEPT_BYTES])>()
+            .read_volatile()
+    };
+    let cause = if flags.borrstf() {
+        // The same flag for both: memory that outlived it makes it a brown-out.
+        if mark == KEPT_MARK {
+            ResetCause::BrownOut
+        } else {
+            ResetCause::PowerOn
+        }
+    } else if flags.iwdgrstf() {
+        ResetCause::Watchdog
+    } else if flags.sftrstf() {
+        ResetCause::Software
+    } else {
+        ResetCause::Pin
+    };
+    if mark != KEPT_MARK {
+        keep(&[0; KEPT_BYTES]);
+    }
+    (cause, kept)
+}
+
+/// Keeps bytes where a reset leaves them.
+pub(super) fn keep(bytes: &[u8; KEPT_BYTES]) {
+    // SAFETY: whoever calls this is the only one running: the main side, or a handler of
+    // a fault, which never returns.
+    unsafe {
+        KEPT.0
+            .get()
+            .cast::<(u32, [u8; KEPT_BYTES])>()
+            .write_volatile((KEPT_MARK, *bytes));
+    }
+}
+
+/// Comparators against the DAC inside the chip, output high when the current is beyond it.
+fn trips() -> comp::Config {
+    let mut config = comp::Config::default();
+    config.inverting_input = InvertingInput::Dac1;
+    config.hysteresis = Hysteresis::Hyst20M;
+    config
+}
+
+/// Everything from the crystal through one PLL; see [`timing`].
+fn clock_tree() -> embassy_stm32::Config {
+    const _: () = assert!(matches!(timing::PLL, (5, 68, 2)));
+    let mut config = embassy_stm32::Config::default();
+    let rcc = &mut config.rcc;
+    rcc.hse = Some(Hse {
+        freq: Hertz(timing::CRYSTAL_HZ),
+        mode: HseMode::Oscillator,
+    });
+    rcc.hsi48 = None;
+    rcc.pll = Some(Pll {
+        source: PllSource::HSE,
+        prediv: PllPreDiv::DIV5,
+        mul: PllMul::MUL68,
+        divp: None,
+        divq: None,
+        divr: Some(PllRDiv::DIV2),
+    });
+    rcc.sys = Sysclk::PLL1_R;
+    rcc.boost = true;
+    rcc.mux.adc12sel = mux::Adcsel::SYS;
+    rcc.mux.adc345sel = mux::Adcsel::SYS;
+    config
+}

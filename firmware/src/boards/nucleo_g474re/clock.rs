@@ -1,0 +1,85 @@
+//! The clock: TIM2 counts every tick of the core in 32 bits, its overflows are counted on.
+//!
+//! The same timer captures the tacho and wakes the core when samples are due, so that
+//! everything that is ever compared is in the same ticks.
+
+use super::timing;
+use core::sync::atomic::{AtomicU32, Ordering};
+use embassy_stm32::interrupt::typelevel::{self, Handler, Interrupt};
+use embassy_stm32::pac::TIM2;
+use embassy_stm32::peripherals;
+use embassy_stm32::{Peri, rcc};
+
+/// Overflows of the counter, each 26.3 s.
+static OVERFLOWS: AtomicU32 = AtomicU32::new(0);
+
+/// Counts overflows, and ends a wait.
+#[derive(Debug)]
+pub(super) struct ClockInterrupt;
+
+impl Handler<typelevel::TIM2> for ClockInterrupt {
+    unsafe fn on_interrupt() {
+        let flags = TIM2.sr().read();
+        // Writing 1 leaves a flag as it is.
+        TIM2.sr().write(|w| {
+            w.0 = u32::MAX;
+            w.set_uif(!flags.uif());
+            w.set_ccif(0, false);
+        });
+        if flags.uif() {
+            let overflows = OVERFLOWS.load(Ordering::Relaxed);
+            OVERFLOWS.store(overflows.wrapping_add(1), Ordering::Relaxed);
+        }
+    }
+}
+
+/// Starts the counter.
+pub(super) fn start(timer: Peri<'static, peripherals::TIM2>) {
+    rcc::enable_and_reset::<peripherals::TIM2>();
+    // The counter runs for ever; nothing gives the timer back.
+    core::mem::forget(timer);
+    TIM2.arr().write_value(u32::MAX);
+    TIM2.egr().write(|w| w.set_ug(true));
+    TIM2.sr().write(|w| w.0 = 0);
+    TIM2.dier().modify(|w| w.set_uie(true));
+    TIM2.cr1().modify(|w| w.set_cen(true));
+    // SAFETY: the handler is bound below in this board and needs nothing set up.
+    unsafe { typelevel::TIM2::enable() };
+}
+
+/// Ticks since start-up.
+pub(super) fn now() -> u64 {
+    critical_section::with(|_| {
+        let overflows = OVERFLOWS.load(Ordering::Relaxed);
+        let count = TIM2.cnt().read();
+        let (overflows, count) = if TIM2.sr().read().uif() {
+            // Overflowed and not yet counted: a second look is surely after it.
+            (overflows.wrapping_add(1), TIM2.cnt().read())
+        } else {
+            (overflows, count)
+        };
+        u64::from(overflows) << 32 | u64::from(count)
+    })
+}
+
+/// Sleeps until a moment, or until any interrupt before it.
+pub(super) fn sleep_until(moment: u64) {
+    critical_section::with(|_| {
+        TIM2.ccr(0).write_value(moment as u32);
+        TIM2.sr().write(|w| {
+            w.0 = u32::MAX;
+            w.set_ccif(0, false);
+        });
+        TIM2.dier().modify(|w| w.set_ccie(0, true));
+        // An interrupt that comes from here on is pending, and ends the sleep at once.
+        if now() < moment {
+            cortex_m::asm::wfi();
+        }
+        TIM2.dier().modify(|w| w.set_ccie(0, false));
+    });
+}
+
+/// Microseconds since start-up.
+pub(super) fn now_us() -> u64 {
+    timing::microseconds(now())
+}

@@ -1,0 +1,95 @@
+//! The flash of the settings, of which a spoilt word does not stop the box.
+//!
+//! Every double word has check bits. One whose programming a power cut ended may have two
+//! bits wrong: reading it raises the exception that cannot be masked, breaks the bridges'
+//! timer, and gives what is there (RM0440, error code correction of the flash). Here that is
+//! counted and told; the store above checks what it was given, as after any power cut, and
+//! takes the older record. The same error anywhere else means that the program cannot be
+//! trusted; see [`memory_failed`].
+
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use embassy_stm32::flash::{Blocking, Error, Flash};
+use embassy_stm32::pac::FLASH;
+use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+
+/// Bytes of a bank.
+const BANK: u32 = 0x4_0000;
+
+/// Settings are being read: an error now is theirs.
+static READING: AtomicBool = AtomicBool::new(false);
+static UNREADABLE: AtomicU32 = AtomicU32::new(0);
+
+/// What the exception that cannot be masked is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MemoryError {
+    /// A word of the settings; it has been counted, and the program may go on.
+    Settings,
+    /// A word of the program, at this address from the start of the flash.
+    Program(u32),
+    /// None of the flash's.
+    Other,
+}
+
+/// Why the exception that cannot be masked has come. To be asked by its handler, once, with
+/// the outputs off.
+///
+/// An error while settings are read is taken for theirs, whatever address the chip gives: to
+/// take it for the program's would turn one spoilt word into a box that resets for ever.
+pub fn memory_failed() -> MemoryError {
+    let errors = FLASH.eccr().read();
+    if !(errors.eccd() || errors.eccd2()) {
+        return MemoryError::Other;
+    }
+    // Writing 1 takes the flags back.
+    FLASH.eccr().write_value(errors);
+    if READING.load(Ordering::Relaxed) {
+        UNREADABLE.fetch_add(1, Ordering::Relaxed);
+        return MemoryError::Settings;
+    }
+    let bank = if errors.bk_ecc() { BANK } else { 0 };
+    MemoryError::Program(bank + errors.addr_ecc())
+}
+
+/// Words of the settings that could not be read since the last call.
+pub(super) fn take_unreadable() -> u32 {
+    UNREADABLE.swap(0, Ordering::Relaxed)
+}
+
+/// The flash, for the store of settings.
+#[allow(missing_debug_implementations)] // the HAL's driver has none
+pub struct SettingsFlash(pub(super) Flash<'static, Blocking>);
+
+impl ErrorType for SettingsFlash {
+    type Error = Error;
+}
+
+impl ReadNorFlash for SettingsFlash {
+    const READ_SIZE: usize = <Flash<'static, Blocking> as ReadNorFlash>::READ_SIZE;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
+        READING.store(true, Ordering::SeqCst);
+        let result = self.0.read(offset, bytes);
+        // The exception of the last load comes before what follows.
+        cortex_m::asm::dsb();
+        cortex_m::asm::isb();
+        READING.store(false, Ordering::SeqCst);
+        result
+    }
+
+    fn capacity(&self) -> usize {
+        ReadNorFlash::capacity(&self.0)
+    }
+}
+
+impl NorFlash for SettingsFlash {
+    const WRITE_SIZE: usize = <Flash<'static, Blocking> as NorFlash>::WRITE_SIZE;
+    const ERASE_SIZE: usize = <Flash<'static, Blocking> as NorFlash>::ERASE_SIZE;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
+        self.0.erase(from, to)
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
+        self.0.write(offset, bytes)
+    }
+}

@@ -1,0 +1,179 @@
+//! The whole box: duties at their rates, one supervisor, one link.
+//!
+//! | duty | rate | deadline |
+//! |---|---|---|
+//! | current loop | once a PWM period, in the board's interrupt | 3 ms |
+//! | samples | every pass | 10 ms |
+//! | slow: contacts, sensors, supervisor, set points, watchdog | 1 kHz | 4 ms |
+//! | link | every pass | 10 ms |
+//!
+//! The main loop is `loop { poll; wait }`. A pass that is late is seen by the next one; one
+//! that never ends is seen by the current loop, whose order runs out, and by the watchdog.
+
+mod report;
+mod start;
+mod tick;
+
+pub use start::Opening;
+
+use crate::board::BoxBoard;
+use crate::commands::Commands;
+use crate::listen::Listening;
+use crate::rig::RigDuty;
+use crate::rig::RigPlan;
+use crate::tell::Teller;
+use rarma_core::guard::{
+    CheckIns, Denial, Duty, FaultCode, FaultRecord, InARow, Mode, RigState, RigWatch, Severity,
+    Supervisor,
+};
+use rarma_core::settings::Settings;
+use rarma_core::wire::Started;
+
+/// One pass of the supervisor, µs.
+const TICK_US: u64 = 1_000;
+
+/// See the module.
+#[derive(Debug)]
+pub struct SensorBox {
+    pub(crate) settings: Settings,
+    pub(crate) supervisor: Supervisor,
+    pub(crate) listening: Listening,
+    pub(crate) rig: RigDuty,
+    pub(crate) tell: Teller,
+    pub(crate) started: Started,
+    pub(crate) before: Option<FaultRecord>,
+    pub(crate) loop_hz: f64,
+    pub(crate) sample_hz: f64,
+    commands: Commands,
+    watch: RigWatch,
+    check_ins: CheckIns,
+    next_tick_us: u64,
+    next_status_us: u64,
+    next_health_us: u64,
+    state: RigState,
+    sensors_lost: InARow,
+    dropped_told: u32,
+    alive: bool,
+}
+
+impl SensorBox {
+    /// Runs for ever.
+    pub fn run<B: BoxBoard>(&mut self, board: &mut B) -> ! {
+        loop {
+            self.poll(board);
+            board.wait();
+        }
+    }
+
+    /// One pass of the main loop. Does not wait.
+    pub fn poll<B: BoxBoard>(&mut self, board: &mut B) {
+        let now_us = board.now_us();
+        if now_us >= self.next_tick_us {
+            // A late pass does not try to catch up: the deadline has been looked at.
+            self.next_tick_us = (self.next_tick_us + TICK_US).max(now_us + 1);
+            self.tick(board, now_us);
+        }
+        self.samples(board, now_us);
+        self.link(board, now_us);
+    }
+
+    /// Something is wrong: trips at once where it must, keeps and tells it.
+    pub(crate) fn fault<B: BoxBoard>(
+        &mut self,
+        board: &mut B,
+        code: FaultCode,
+        place: u8,
+        value: f32,
+        now_us: u64,
+    ) {
+        let record = FaultRecord {
+            code,
+            place,
+            value,
+            at_us: now_us,
+        };
+        let severity = self.supervisor.report(record);
+        self.consequences(board, record, severity);
+    }
+
+    fn consequences<B: BoxBoard>(
+        &mut self,
+        board: &mut B,
+        record: FaultRecord,
+        severity: Severity,
+    ) {
+        if severity == Severity::Trip {
+            board.drop_outputs();
+            self.rig.fall();
+            if self.supervisor.fault() == Some(record) {
+                board.keep(&record.to_kept());
+            }
+        }
+        self.tell
+            .fault(board, record, severity, self.supervisor.mode());
+    }
+
+    /// Starts a mode and what belongs to it.
+    pub(crate) fn start_mode<B: BoxBoard>(
+        &mut self,
+        board: &mut B,
+        mode: Mode,
+    ) -> Result<(), Denial> {
+        if mode == Mode::Monitor {
+            if self.supervisor.stage().energised() {
+                return Err(Denial::Energised);
+            }
+            self.listening
+                .begin(board, &self.settings, &mut self.tell)
+                .map_err(|_| Denial::Settings)?;
+            return self.supervisor.start(mode);
+        }
+        self.supervisor.start(mode)?;
+        self.listening.end(board, &mut self.tell);
+        Ok(())
+    }
+
+    /// Arms the outputs with the settings of now.
+    pub(crate) fn arm<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) -> Result<(), Denial> {
+        let plan = RigPlan::new(&self.settings, self.loop_hz)?;
+        // The emergency stop may have been pressed within this millisecond.
+        if !board.contacts().stop_chain {
+            return Err(Denial::StopChainOpen);
+        }
+        self.supervisor.arm(now_us)?;
+        self.rig.arm(plan);
+        Ok(())
+    }
+
+    fn samples<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) {
+        // At most one of each kind in a pass.
+        let mut wrong: [Option<(FaultCode, f32)>; 6] = [None; 6];
+        self.listening
+            .pass(board, now_us, &mut self.tell, &mut |code, value| {
+                if let Some(free) = wrong.iter_mut().find(|w| w.is_none()) {
+                    *free = Some((code, value));
+                }
+            });
+        for (code, value) in wrong.into_iter().flatten() {
+            self.fault(board, code, 0, value, now_us);
+        }
+        self.check_ins.here(Duty::Samples, now_us);
+    }
+
+    fn link<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) {
+        let mut commands = core::mem::take(&mut self.commands);
+        commands.pass(self, board, now_us);
+        self.commands = commands;
+        self.check_ins.here(Duty::Link, now_us);
+    }
+
+    /// Mode, stage and latched fault.
+    pub fn supervisor(&self) -> &Supervisor {
+        &self.supervisor
+    }
+
+    /// The settings in force.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+}

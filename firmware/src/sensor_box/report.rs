@@ -1,0 +1,94 @@
+//! What the box tells of itself: status and health at their rates, the lights.
+
+use super::{SensorBox, TICK_US};
+use crate::board::{BoxBoard, Lights};
+use rarma_core::guard::FaultCode;
+use rarma_core::settings::{TELL_HEALTH, TELL_STATUS};
+use rarma_core::wire::{Health, Status, Telemetry};
+
+impl SensorBox {
+    /// Status and health at their rates, and the lights.
+    pub(super) fn report<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) {
+        if now_us >= self.next_status_us {
+            self.next_status_us =
+                next(now_us, self.next_status_us, self.settings.real(TELL_STATUS));
+            self.tell_status(board, now_us);
+            self.tell_dropped(board, now_us);
+            self.alive = !self.alive;
+            let energised = board.energised();
+            board.lights(Lights {
+                alive: self.alive,
+                energised,
+                warning: self.supervisor.fault().is_some(),
+            });
+        }
+        if now_us >= self.next_health_us {
+            self.next_health_us =
+                next(now_us, self.next_health_us, self.settings.real(TELL_HEALTH));
+            let health = self.health(now_us);
+            self.tell.tell(board, &Telemetry::Health(health));
+        }
+    }
+
+    /// The link takes frames again after it had not.
+    fn tell_dropped<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) {
+        let dropped = self.tell.dropped();
+        if dropped != self.dropped_told {
+            let lost = dropped.wrapping_sub(self.dropped_told);
+            self.fault(board, FaultCode::LinkBlocked, 0, lost as f32, now_us);
+            if self.tell.dropped() == dropped {
+                self.dropped_told = dropped;
+            }
+        }
+    }
+
+    pub(crate) fn tell_status<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) {
+        let contacts = board.contacts();
+        let report = self.rig.report();
+        let status = Status {
+            now_us,
+            mode: self.supervisor.mode(),
+            stage: self.supervisor.stage(),
+            energised: board.energised(),
+            contacts: (contacts.enable, contacts.stop_chain),
+            fault: self.supervisor.fault(),
+            current_a: report.current_a,
+            heat: self.watch.theta().into_iter().fold(0.0, f32::max),
+            gap_m: self.state.gap_m,
+            pressure_pa: self.state.pressure_pa,
+            gauge_m: self.state.gauge_m,
+            supply_v: self.state.supply_v,
+            limiting: report.limiting,
+        };
+        self.tell.tell(board, &Telemetry::Status(status));
+    }
+
+    /// Counts since start-up.
+    pub fn health(&self, now_us: u64) -> Health {
+        let (samples, missing, verdicts) = self.listening.counts();
+        let counts = self.commands.counts();
+        Health {
+            now_us,
+            samples,
+            missing,
+            verdicts,
+            frames: self.tell.frames(),
+            dropped: self.tell.dropped(),
+            commands: counts.answered,
+            refused: counts.refused,
+            doubled: counts.doubled,
+            garbage: counts.garbage,
+            late: self.check_ins.times_late(),
+            longest_us: self
+                .check_ins
+                .longest_us()
+                .map(|us| u32::try_from(us).unwrap_or(u32::MAX)),
+        }
+    }
+}
+
+/// The next multiple of a period after now.
+fn next(now_us: u64, last_us: u64, period_s: f32) -> u64 {
+    let period = ((f64::from(period_s) * 1e6) as u64).max(TICK_US);
+    (last_us + period).max(now_us + 1)
+}

@@ -1,0 +1,125 @@
+//! The box starts: why there was a reset, what is stored, what is said first.
+
+use super::SensorBox;
+use crate::board::{BoxBoard, ResetCause};
+use crate::commands::Commands;
+use crate::listen::Listening;
+use crate::rig::{RigDuty, RigPlan};
+use crate::store::{self, Loaded};
+use crate::tell::Teller;
+use rarma_core::guard::{
+    CheckIns, FaultCode, FaultRecord, InARow, KEPT_BYTES, Mode, RigState, RigWatch, Severity,
+    Supervisor,
+};
+use rarma_core::settings::{BOX_START, Settings};
+use rarma_core::wire::{Started, Telemetry};
+
+/// What a start has found, to be said once the box is in its place.
+#[derive(Debug, Clone, Copy)]
+pub struct Opening {
+    now_us: u64,
+    past: Option<FaultRecord>,
+    loaded: Loaded,
+}
+
+impl SensorBox {
+    /// Starts: reads why there was a reset and what is stored, and says so. Outputs are off.
+    pub fn start<B: BoxBoard>(board: &mut B) -> Self {
+        let (mut this, opening) = Self::prepare(board);
+        this.open(board, opening);
+        this
+    }
+
+    /// First half of [`Self::start`], for a board that keeps the box in a static because it
+    /// is large: reads why there was a reset and what is stored.
+    pub fn prepare<B: BoxBoard>(board: &mut B) -> (Self, Opening) {
+        board.drop_outputs();
+        let now_us = board.now_us();
+        let (started, before, past) = past(board, now_us);
+        // Read once: the next reset without a fault must not tell this one again.
+        board.keep(&[0; KEPT_BYTES]);
+        let mut settings = Settings::default();
+        let loaded = store::load_from(board, &mut settings);
+        // Not armed with this plan: arming makes its own and refuses settings that disagree.
+        let plan = RigPlan::unchecked(&settings, B::LOOP_RATE_HZ);
+        let this = Self {
+            supervisor: Supervisor::new(past),
+            listening: Listening::new(B::SAMPLE_RATE_HZ),
+            rig: RigDuty::new(plan),
+            tell: Teller::default(),
+            commands: Commands::default(),
+            watch: RigWatch::default(),
+            check_ins: CheckIns::new(now_us),
+            next_tick_us: now_us,
+            next_status_us: now_us,
+            next_health_us: now_us,
+            state: RigState::default(),
+            sensors_lost: InARow::default(),
+            dropped_told: 0,
+            alive: false,
+            loop_hz: B::LOOP_RATE_HZ,
+            sample_hz: B::SAMPLE_RATE_HZ,
+            settings,
+            started,
+            before,
+        };
+        let opening = Opening {
+            now_us,
+            past,
+            loaded,
+        };
+        (this, opening)
+    }
+
+    /// Second half of [`Self::start`]: says what was found, and begins to listen if the
+    /// settings say so.
+    pub fn open<B: BoxBoard>(&mut self, board: &mut B, opening: Opening) {
+        let hello = crate::commands::identity::<B>(self);
+        self.tell.tell(board, &Telemetry::Hello(hello));
+        if let Some(record) = opening.past {
+            self.tell.fault(board, record, Severity::Trip, Mode::Safe);
+        }
+        self.tell_loaded(board, opening.now_us, opening.loaded);
+        if self.settings.whole(BOX_START) == 1 {
+            // Settings that do not fit leave the box in Safe; the host sees the mode.
+            let _ = self.start_mode(board, Mode::Monitor);
+        }
+    }
+
+    fn tell_loaded<B: BoxBoard>(&mut self, board: &mut B, now_us: u64, loaded: Loaded) {
+        if loaded.lost {
+            self.fault(board, FaultCode::SettingsLost, 0, 0.0, now_us);
+        }
+        if let Some(number) = loaded.refused {
+            self.fault(
+                board,
+                FaultCode::SettingRefused,
+                0,
+                f32::from(number),
+                now_us,
+            );
+        }
+    }
+}
+
+/// Why the box started, the record that was kept, and what of it is to be latched.
+fn past<B: BoxBoard>(
+    board: &mut B,
+    now_us: u64,
+) -> (Started, Option<FaultRecord>, Option<FaultRecord>) {
+    let kept = FaultRecord::from_kept(&board.kept());
+    let of = |code| FaultRecord {
+        code,
+        place: 0,
+        value: 0.0,
+        at_us: now_us,
+    };
+    match board.reset_cause() {
+        // After a power-up the memory holds anything.
+        ResetCause::PowerOn => (Started::PowerOn, None, None),
+        ResetCause::BrownOut => (Started::BrownOut, kept, Some(of(FaultCode::BrownOut))),
+        ResetCause::Watchdog => (Started::Watchdog, kept, Some(of(FaultCode::Watchdog))),
+        ResetCause::Software => (Started::Software, kept, kept.or(Some(of(FaultCode::Panic)))),
+        ResetCause::Pin => (Started::Pin, kept, None),
+    }
+}

@@ -1,0 +1,158 @@
+//! The slow duty, once a millisecond: contacts, sensors, supervisor, set points, watchdog.
+
+use super::SensorBox;
+use crate::board::BoxBoard;
+use crate::rig;
+use rarma_core::guard::{Duty, Facts, FaultCode, Mode, Permission, RigSeen, Stage};
+use rarma_core::settings::{LINK_HEARTBEAT, TACHO_PULSES, TACHO_SILENCE};
+
+/// Readings of the slow sensors in a row that failed and are a fault.
+const SENSORS_LOST: u32 = 3;
+/// A current sensor's zero further off than this is no zero, A.
+const MOST_ZERO_A: f32 = 0.25;
+
+impl SensorBox {
+    pub(super) fn tick<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) {
+        // First of all: who was not here? A stall must not be cured by the pass after it.
+        if let Some((duty, age)) = self.check_ins.late(now_us) {
+            let seconds = age as f32 * 1e-6;
+            let code = match duty {
+                Duty::Loop => FaultCode::LoopSilent,
+                _ => FaultCode::DeadlineMissed,
+            };
+            self.fault(board, code, duty as u8, seconds, now_us);
+        }
+        self.supervisor
+            .set_heartbeat_limit(self.settings.real(LINK_HEARTBEAT));
+        self.watch(board, now_us);
+        let permission = self.supervise(board, now_us);
+        let gate = self.gate(board, permission.gate, now_us);
+        let mode = self.supervisor.mode();
+        let valve = self
+            .rig
+            .step(board, mode, permission, gate, self.state.supply_v);
+        if !valve {
+            self.fault(board, FaultCode::Valve, 0, 0.0, now_us);
+        }
+        if let Some(trip) = self.rig.report().trip {
+            self.fault(board, trip.code, trip.coil, trip.value, now_us);
+        }
+        self.zeros(board, now_us);
+        // Where coils are not in use the loop may sleep.
+        if self.rig.loop_ran() || mode != Mode::Cers {
+            self.check_ins.here(Duty::Loop, now_us);
+        }
+        self.tacho(board, now_us);
+        let words = board.unreadable_words();
+        if words > 0 {
+            self.fault(board, FaultCode::FlashUnreadable, 0, words as f32, now_us);
+        }
+        self.report(board, now_us);
+        self.check_ins.here(Duty::Slow, now_us);
+        if self.check_ins.feed() {
+            board.feed_watchdog();
+        }
+    }
+
+    /// The zeros of the current sensors, once they have been measured.
+    fn zeros<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) {
+        if self.supervisor.mode() != Mode::Cers || self.supervisor.stage() != Stage::Ramping {
+            return;
+        }
+        let zeros = self.rig.report().zero_a;
+        for (coil, zero) in zeros.into_iter().enumerate() {
+            if !(zero.abs() <= MOST_ZERO_A) {
+                self.fault(
+                    board,
+                    FaultCode::CurrentSensorOffset,
+                    coil as u8,
+                    zero,
+                    now_us,
+                );
+            }
+        }
+    }
+
+    /// Reads the slow sensors and judges them.
+    fn watch<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) {
+        let Ok(sensors) = board.sensors() else {
+            if self.sensors_lost.bad(true, SENSORS_LOST) {
+                self.fault(board, FaultCode::SensorsLost, 0, 0.0, now_us);
+            }
+            return;
+        };
+        self.sensors_lost.bad(false, SENSORS_LOST);
+        let mode = self.supervisor.mode();
+        let limits = *self.rig.plan().limits();
+        let codes = rig::codes(&sensors);
+        self.state = limits.state(&codes);
+        let seen = RigSeen {
+            codes,
+            coils: self.rig.coils(),
+            set_pa: (mode == Mode::Ldbb && self.supervisor.stage().energised())
+                .then_some(self.rig.set_pa()),
+            spindle_hz: self.spindle_hz(now_us),
+        };
+        let mut watch = core::mem::take(&mut self.watch);
+        watch.update(mode, &limits, &seen, &mut |code, place, value| {
+            self.fault(board, code, place, value, now_us);
+        });
+        self.watch = watch;
+    }
+
+    fn supervise<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) -> Permission {
+        let contacts = board.contacts();
+        let facts = Facts {
+            now_us,
+            enable: contacts.enable,
+            stop_chain: contacts.stop_chain,
+            energised: board.energised(),
+            arrived: self.rig.arrived(),
+        };
+        // At most one of the stop, the enable input and the host, and the gate.
+        let mut trips = [None; 2];
+        let permission = self.supervisor.tick(&facts, &mut |record, severity| {
+            if let Some(free) = trips.iter_mut().find(|t| t.is_none()) {
+                *free = Some((record, severity));
+            }
+        });
+        for (record, severity) in trips.into_iter().flatten() {
+            self.consequences(board, record, severity);
+        }
+        permission
+    }
+
+    /// Makes the gate what the supervisor wants. Off is ordered again every millisecond.
+    fn gate<B: BoxBoard>(&mut self, board: &mut B, wanted: bool, now_us: u64) -> bool {
+        if !(wanted && self.supervisor.gate()) {
+            board.drop_outputs();
+            return false;
+        }
+        if !board.energised() && board.energise().is_err() {
+            self.fault(board, FaultCode::Gate, 0, 0.0, now_us);
+            return false;
+        }
+        true
+    }
+
+    fn spindle_hz(&self, now_us: u64) -> Option<f32> {
+        let pulses = self.settings.whole(TACHO_PULSES);
+        if pulses == 0 {
+            return None;
+        }
+        let (hz, _) = self.listening.pulses(now_us);
+        hz.map(|hz| hz / pulses as f32)
+    }
+
+    fn tacho<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) {
+        if self.settings.whole(TACHO_PULSES) == 0 {
+            return;
+        }
+        let (_, silence_us) = self.listening.pulses(now_us);
+        let silence = silence_us as f32 * 1e-6;
+        if silence > self.settings.real(TACHO_SILENCE) {
+            self.listening.forget_tacho();
+            self.fault(board, FaultCode::TachoSilent, 0, silence, now_us);
+        }
+    }
+}

@@ -1,0 +1,233 @@
+//! The simulated board.
+
+mod verbs;
+mod world;
+
+use super::bridge::SimBridge;
+use super::fault::{FaultEvent, FaultKind};
+use super::flash::SimFlash;
+use super::link::RigLink;
+use super::plant::{Plant, RigConfig};
+use firmware::board::{Contacts, Emergency, Lights, ResetCause};
+use firmware::{BoardError, BoardErrorKind, CurrentLoop};
+use rarma_core::guard::KEPT_BYTES;
+use std::fmt;
+
+/// A period of the current loop, µs.
+pub(super) const PERIOD_US: u64 = 25;
+const LOOP_HZ: f64 = 40_000.0;
+const SAMPLE_HZ: f64 = 48_000.0;
+/// Periods that one `wait` lasts.
+const WAIT_PERIODS: u64 = 10;
+
+/// Why a verb failed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RigError(pub BoardErrorKind);
+
+impl BoardError for RigError {
+    fn kind(&self) -> BoardErrorKind {
+        self.0
+    }
+}
+
+/// What a rig is set up with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RigSetUp {
+    /// The plant.
+    pub plant: RigConfig,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Spindle frequency, Hz; 0 stands still.
+    pub spindle_hz: f64,
+    /// Faults to come.
+    pub faults: Vec<FaultEvent>,
+}
+
+impl Default for RigSetUp {
+    fn default() -> Self {
+        Self {
+            plant: RigConfig::default(),
+            seed: 1,
+            spindle_hz: 50.0,
+            faults: Vec::new(),
+        }
+    }
+}
+
+/// The simulated board.
+pub struct SimRig {
+    pub(super) now_us: u64,
+    start_us: u64,
+    sound: Box<dyn Iterator<Item = f32>>,
+    sound_given: u64,
+    sample_offset: u64,
+    held: f32,
+    missing: u32,
+    pub(super) plant: Plant,
+    pub(super) bridge: SimBridge,
+    coil_loop: CurrentLoop,
+    faults: Vec<FaultEvent>,
+    done: Vec<bool>,
+    spindle_hz: f64,
+    next_pulse_s: f64,
+    gate: bool,
+    valve: u16,
+    gap_held: [u16; 2],
+    /// Both contacts, as somebody holds them.
+    pub contacts: Contacts,
+    fed_us: u64,
+    cause: ResetCause,
+    kept: [u8; KEPT_BYTES],
+    /// Flash of the settings.
+    pub flash: SimFlash,
+    /// The link.
+    pub link: RigLink,
+    pub(super) reset: Option<ResetCause>,
+    /// Lights as they are.
+    pub lights: Lights,
+    last_on_us: Option<u64>,
+    current_until_us: u64,
+    off_for_us: u64,
+}
+
+impl fmt::Debug for SimRig {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SimRig")
+            .field("now_us", &self.now_us)
+            .field("gate", &self.gate)
+            .field("plant", &self.plant)
+            .finish_non_exhaustive()
+    }
+}
+
+impl SimRig {
+    /// A rig that hears `sound`, 48 kHz in parts of full scale. Contacts are closed.
+    pub fn new(set_up: RigSetUp, sound: impl Iterator<Item = f32> + 'static) -> Self {
+        Self {
+            now_us: 0,
+            start_us: 0,
+            sound: Box::new(sound),
+            sound_given: 0,
+            sample_offset: 0,
+            held: 0.0,
+            missing: 0,
+            plant: Plant::new(set_up.plant, set_up.seed),
+            bridge: SimBridge::default(),
+            coil_loop: CurrentLoop::new(),
+            done: vec![false; set_up.faults.len()],
+            faults: set_up.faults,
+            spindle_hz: set_up.spindle_hz,
+            next_pulse_s: 0.0,
+            gate: false,
+            valve: 0,
+            gap_held: [0; 2],
+            contacts: Contacts {
+                enable: true,
+                stop_chain: true,
+            },
+            fed_us: 0,
+            cause: ResetCause::PowerOn,
+            kept: [0xA5; KEPT_BYTES],
+            flash: SimFlash::default(),
+            link: RigLink::new(set_up.seed.wrapping_add(1)),
+            reset: None,
+            lights: Lights::default(),
+            last_on_us: None,
+            current_until_us: 0,
+            off_for_us: 0,
+        }
+    }
+
+    /// Time of the simulated world, µs; a reset does not set it back.
+    pub fn world_us(&self) -> u64 {
+        self.now_us
+    }
+
+    /// Adds a fault.
+    pub fn add_fault(&mut self, event: FaultEvent) {
+        self.faults.push(event);
+        self.done.push(false);
+    }
+
+    /// Whether a fault of this kind stands now, and where.
+    pub(super) fn stands(&self, kind: FaultKind) -> Option<usize> {
+        let now = self.now_us;
+        self.faults
+            .iter()
+            .find(|f| f.kind == kind && (f.from_us..f.to_us).contains(&now))
+            .map(|f| f.place)
+    }
+
+    /// A fault of this kind that happens once, when it is due.
+    pub(super) fn falls_due(&mut self, kind: FaultKind) -> Option<FaultEvent> {
+        let now = self.now_us;
+        let due = |(k, f): (usize, &FaultEvent)| {
+            (f.kind == kind && f.from_us <= now && !self.done[k]).then_some((k, *f))
+        };
+        let (k, event) = self.faults.iter().enumerate().find_map(due)?;
+        self.done[k] = true;
+        Some(event)
+    }
+
+    /// Any switch closed, or the valve driven: energy can get out.
+    pub fn outputs_on(&self) -> bool {
+        let coils = self.bridge.now.is_some() && self.gate;
+        coils || (self.valve > 0 && self.gate)
+    }
+
+    /// When outputs were on last, µs.
+    pub fn last_on_us(&self) -> Option<u64> {
+        self.last_on_us
+    }
+
+    /// When a coil carried more than 50 mA last, µs.
+    pub fn current_until_us(&self) -> u64 {
+        self.current_until_us
+    }
+
+    /// The plant, to look at.
+    pub fn plant(&self) -> &Plant {
+        &self.plant
+    }
+
+    /// What the reset line does: outputs off, everything forgotten but flash and kept bytes.
+    pub(super) fn restart(&mut self, cause: ResetCause) {
+        self.drop_outputs();
+        self.bridge = SimBridge::default();
+        self.coil_loop = CurrentLoop::new();
+        self.link.clear();
+        self.flash.power_up();
+        self.cause = cause;
+        self.fed_us = self.now_us;
+        self.start_us = self.now_us;
+        self.sample_offset = self.samples_due();
+        self.sound_given = self.sample_offset;
+        self.reset = None;
+    }
+
+    /// Power stays away for so long, µs.
+    pub(super) fn without_power(&mut self, us: u64) {
+        self.drop_outputs();
+        self.bridge = SimBridge::default();
+        self.off_for_us = us;
+    }
+}
+
+impl Emergency for SimRig {
+    fn drop_outputs(&mut self) {
+        if self.stands(FaultKind::GateWelded).is_none() {
+            self.gate = false;
+        }
+        self.bridge.next = None;
+        self.bridge.now = None;
+        self.valve = 0;
+    }
+
+    fn now_us(&mut self) -> u64 {
+        self.now_us - self.start_us
+    }
+
+    fn keep(&mut self, bytes: &[u8; KEPT_BYTES]) {
+        self.kept = *bytes;
+    }
+}

@@ -1,0 +1,216 @@
+//! The verbs of the box, over the plant; what stands between is spoilt by faults.
+
+use super::{LOOP_HZ, PERIOD_US, RigError, SAMPLE_HZ, SimRig, WAIT_PERIODS};
+use crate::rig::fault::FaultKind;
+use crate::rig::flash::{SECTOR, SECTORS, SimFlash};
+use crate::rig::plant::Spoilt;
+use firmware::board::{
+    AdcCode, Contacts, DacCode, Lights, Pulse, ResetCause, SensorCodes, WATCHDOG_US,
+};
+use firmware::current_loop::{CoilOrder, CoilReport};
+use firmware::{Block, BoardErrorKind, BoxBoard};
+use rarma_core::guard::KEPT_BYTES;
+use std::ops::Range;
+
+impl BoxBoard for SimRig {
+    type Error = RigError;
+    type Flash = SimFlash;
+
+    const NAME: &'static str = "simulated rig";
+    const SAMPLE_RATE_HZ: f64 = SAMPLE_HZ;
+    const LOOP_RATE_HZ: f64 = LOOP_HZ;
+
+    fn wait(&mut self) {
+        let mut periods = WAIT_PERIODS;
+        if let Some(event) = self.falls_due(FaultKind::MainLate) {
+            let _ = event;
+            periods = 8_000 / PERIOD_US;
+        }
+        if self.stands(FaultKind::MainHangs).is_some() {
+            periods = 2 * WATCHDOG_US / PERIOD_US;
+        }
+        for _ in 0..periods {
+            let spoilt = if self.faults.is_empty() {
+                Spoilt::default()
+            } else {
+                self.spoilt()
+            };
+            self.period(&spoilt);
+            if self.reset.is_some() {
+                return;
+            }
+        }
+    }
+
+    fn samples(&mut self, block: &mut [f32]) -> Result<Block, RigError> {
+        if self.stands(FaultKind::MicDead).is_some() {
+            let due = self.samples_due();
+            // What the converter did not convert was never a sample.
+            while self.sound_given < due {
+                self.sound.next();
+                self.sound_given += 1;
+            }
+            return Err(RigError(BoardErrorKind::Converter));
+        }
+        if self.falls_due(FaultKind::MicOverrun).is_some() {
+            for _ in 0..500 {
+                self.sound.next();
+            }
+            self.sound_given += 500;
+            self.missing += 500;
+        }
+        let due = self.samples_due();
+        let mut samples = 0;
+        for place in block {
+            if self.sound_given >= due {
+                break;
+            }
+            let x = self.sound.next().unwrap_or(0.0);
+            self.sound_given += 1;
+            *place = self.heard(x);
+            samples += 1;
+        }
+        Ok(Block {
+            samples,
+            missing: std::mem::take(&mut self.missing),
+        })
+    }
+
+    fn pulse(&mut self) -> Option<Pulse> {
+        if self.spindle_hz <= 0.0 {
+            return None;
+        }
+        let at_s = self.next_pulse_s;
+        if self.due() == 0 || self.stands(FaultKind::TachoLost).is_some() {
+            return None;
+        }
+        let at = at_s * SAMPLE_HZ - self.sample_offset as f64;
+        if at < 0.0 {
+            return None;
+        }
+        let sample = at.ceil();
+        Some(Pulse {
+            sample: sample as u64,
+            before: (sample - at) as f32,
+        })
+    }
+
+    fn coils(&mut self, order: &CoilOrder) -> CoilReport {
+        self.coil_loop.exchange(order)
+    }
+
+    fn sensors(&mut self) -> Result<SensorCodes, RigError> {
+        if self.stands(FaultKind::SensorsDead).is_some() {
+            return Err(RigError(BoardErrorKind::Converter));
+        }
+        let spoilt = if self.faults.is_empty() {
+            Spoilt::default()
+        } else {
+            self.spoilt()
+        };
+        let mut gap = [0; 2];
+        for (axis, code) in gap.iter_mut().enumerate() {
+            *code = self.plant.gap_code(axis);
+            if self.stands(FaultKind::GapLost) == Some(axis) {
+                *code = 0;
+            }
+            if self.stands(FaultKind::GapStuck) == Some(axis) {
+                *code = self.gap_held[axis];
+            }
+            self.gap_held[axis] = *code;
+        }
+        let mut pressure = self.plant.pressure_code();
+        if self.stands(FaultKind::PressureLost).is_some() {
+            pressure = 0;
+        }
+        let mut gauge = self.plant.gauge_code(&spoilt);
+        if self.stands(FaultKind::GaugeLost).is_some() {
+            gauge = u16::MAX;
+        }
+        Ok(SensorCodes {
+            gap: gap.map(AdcCode),
+            pressure: AdcCode(pressure),
+            gauge: AdcCode(gauge),
+            supply: AdcCode(self.plant.supply_code(&spoilt)),
+        })
+    }
+
+    fn valve(&mut self, code: DacCode) -> Result<(), RigError> {
+        if self.stands(FaultKind::ValveRefuses).is_some() {
+            self.valve = 0;
+            return Err(RigError(BoardErrorKind::Refused));
+        }
+        self.valve = code.0;
+        Ok(())
+    }
+
+    fn contacts(&mut self) -> Contacts {
+        Contacts {
+            enable: self.contacts.enable && self.stands(FaultKind::EnableLost).is_none(),
+            stop_chain: self.contacts.stop_chain && self.stands(FaultKind::EmergencyStop).is_none(),
+        }
+    }
+
+    fn energise(&mut self) -> Result<(), RigError> {
+        let stopped = !self.contacts().stop_chain;
+        if stopped || self.stands(FaultKind::GateRefuses).is_some() {
+            return Err(RigError(BoardErrorKind::Refused));
+        }
+        self.gate = true;
+        Ok(())
+    }
+
+    fn energised(&mut self) -> bool {
+        self.gate
+    }
+
+    fn feed_watchdog(&mut self) {
+        self.fed_us = self.now_us;
+    }
+
+    fn reset_cause(&mut self) -> ResetCause {
+        self.cause
+    }
+
+    fn kept(&mut self) -> [u8; KEPT_BYTES] {
+        self.kept
+    }
+
+    fn flash(&mut self) -> (&mut SimFlash, Range<u32>) {
+        self.flash.worn = self.stands(FaultKind::FlashWorn).is_some();
+        (&mut self.flash, 0..(SECTOR * SECTORS) as u32)
+    }
+
+    fn unreadable_words(&mut self) -> u32 {
+        self.flash.take_unreadable()
+    }
+
+    fn receive(&mut self, bytes: &mut [u8]) -> Result<usize, RigError> {
+        if self.stands(FaultKind::LinkSilent).is_some() {
+            self.link.clear();
+            return Ok(0);
+        }
+        if self.stands(FaultKind::LinkGarbage).is_some() {
+            let n = self.link.waiting();
+            self.link.clear();
+            self.link.garbage(n + 8);
+        }
+        if self.stands(FaultKind::LinkFlood).is_some() {
+            self.link.garbage(bytes.len());
+        }
+        Ok(self.link.box_takes(bytes))
+    }
+
+    fn send(&mut self, frame: &[u8]) -> Result<(), RigError> {
+        let blocked = self.stands(FaultKind::LinkBlocked).is_some();
+        if self.link.box_sends(frame, blocked) {
+            Ok(())
+        } else {
+            Err(RigError(BoardErrorKind::Busy))
+        }
+    }
+
+    fn lights(&mut self, lights: Lights) {
+        self.lights = lights;
+    }
+}

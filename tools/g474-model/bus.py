@@ -1,0 +1,289 @@
+"""The registers of the STM32G474 that the image touches, and the pins behind them.
+
+A register that is not named here keeps what is written to it. Numbers are those of the
+reference manual RM0440. What is told at start-up (a ready bit, the end of a calibration) is
+told at once; what the image does with converters, timers, DMA and the break input follows
+the registers it wrote: a wrong channel, trigger or polarity gives wrong samples here too.
+"""
+
+from analog import Analog
+from safety import FlashMemory, Supply
+from serial import Serial
+from timers import BreakTimer, Clock
+
+RCC, FLASH, PWR = 0x4002_1000, 0x4002_2000, 0x4000_7000
+GPIO = {port: 0x4800_0000 + 0x400 * k for k, port in enumerate("ABCDEFG")}
+DMA1, DMAMUX1 = 0x4002_0000, 0x4002_0800
+IWDG = 0x4000_3000
+NVIC_ENABLE, NVIC_DISABLE = 0xE000_E100, 0xE000_E180
+NVIC_PEND, NVIC_UNPEND = 0xE000_E200, 0xE000_E280
+AIRCR = 0xE000_ED0C
+
+TICK_HZ = 163_200_000
+LSI_HZ = 32_000
+# Bits of RCC_CSR.
+RESET_FLAG = {"power-on": 27, "brown-out": 27, "software": 28, "watchdog": 29, "pin": 26}
+
+
+class Dma:
+    """One channel, as far as it has got."""
+
+    def __init__(self, bus, number):
+        self.bus, self.number = bus, number
+        self.base = DMA1 + 8 + 20 * number
+        self.done = 0
+        self.started = 0
+
+    def enabled_for(self, request):
+        """Whether it is on and serves this request."""
+        bus = self.bus
+        return bus.stored(self.base) & 1 and bus.stored(DMAMUX1 + 4 * self.number) & 0x7F == request
+
+    def length(self):
+        """Transfers in one round."""
+        return self.bus.stored(self.base + 4)
+
+    def circular(self):
+        """Starts again at its end."""
+        return bool(self.bus.stored(self.base) >> 5 & 1)
+
+    def left(self):
+        """What CNDTR says."""
+        length = self.length()
+        return length - self.done % length if self.circular() and length else length - self.done
+
+    def to_memory(self, data, width):
+        """Transfers elements from a peripheral."""
+        length, memory = self.length(), self.bus.stored(self.base + 12)
+        for at in range(0, len(data), width):
+            if not self.circular() and self.done >= length:
+                return
+            place = memory + self.done % length * width
+            self.bus.core.uc.mem_write(place, data[at : at + width])
+            self.done += 1
+
+
+class Bus:
+    """All registers, by address."""
+
+    def __init__(self, script):
+        self.now = 0
+        self.core = None
+        self.trace = []
+        self.register = {}
+        self.levels = {}
+        self.script = sorted(script, key=lambda step: step[0])
+        self.flash = FlashMemory(self)
+        self.analog = Analog(self)
+        self.serial = Serial(self)
+        self.power = BreakTimer(self)
+        self._start("power-on")
+
+    def _start(self, cause):
+        """Registers as a reset leaves them."""
+        self.clock, self.supply = Clock(self), Supply(self)
+        every = self.power.every
+        self.power = BreakTimer(self)
+        self.power.every = every
+        self.analog.restart()
+        self.parts = [self.clock, self.power, self.analog, self.serial, self.flash, self.supply]
+        # As delivered: two banks of flash. Then why there was a reset.
+        self.register = {FLASH + 0x20: 1 << 22, RCC + 0x94: 1 << RESET_FLAG[cause]}
+        self.enabled, self.pended = set(), set()
+        self.dma = [Dma(self, k) for k in range(8)]
+        self.fed = self.watchdog_ticks = self.reset_by = self.exception = None
+        self.hung = False
+
+    def restart(self):
+        """After a reset: memory, voltages and what the link has said stay."""
+        cause = self.reset_by
+        self.power.reset()
+        self._start(cause)
+
+    # --- registers
+
+    def stored(self, address):
+        """The word kept at an address."""
+        return self.register.get(address, 0)
+
+    def channel(self, request):
+        """The DMA channel that serves a request."""
+        return next((dma for dma in self.dma if dma.enabled_for(request)), None)
+
+    def read(self, address, size):
+        """A load of the image."""
+        word = address & ~3
+        value = self._word(word)
+        return value >> 8 * (address & 3) & (1 << 8 * size) - 1
+
+    def _word(self, address):
+        value = self.stored(address)
+        for part in self.parts:
+            if (found := part.read(address)) is not None:
+                return found
+        if address == RCC:  # every oscillator that is on is ready
+            return value | (value & 0x100) << 2 | (value & 0x0101_0000) << 1
+        if address == RCC + 8:  # the clock that is chosen is in use
+            return value & ~0xC | (value & 3) << 2
+        if address in (RCC + 0x90, RCC + 0x94, RCC + 0x98):
+            return value | (value & 1) << 1
+        if DMA1 + 8 <= address < DMA1 + 8 + 160 and (address - DMA1 - 8) % 20 == 4:
+            return self.dma[(address - DMA1 - 8) // 20].left()
+        for port, base in GPIO.items():
+            if address == base + 0x10:
+                return self._levels(port)
+        return value
+
+    def write(self, address, size, value):
+        """A store of the image."""
+        word, shift = address & ~3, 8 * (address & 3)
+        if size < 4:
+            mask = (1 << 8 * size) - 1 << shift
+            value = self.stored(word) & ~mask | value << shift & mask
+        self._store(word, value)
+        self.core.interrupt_check()
+
+    def _store(self, address, value):
+        if any(part.write(address, value) for part in self.parts):
+            return
+        block, bit = address & ~0x1F, 32 * (address >> 2 & 7)
+        numbers = {bit + k for k in range(32) if value >> k & 1}
+        if block == NVIC_ENABLE:
+            self.enabled |= numbers
+        elif block == NVIC_DISABLE:
+            self.enabled -= numbers
+        elif block == NVIC_PEND:
+            self.pended |= numbers
+        elif block == NVIC_UNPEND:
+            self.pended -= numbers
+        elif address == AIRCR:
+            if value & 4:
+                self.reset("software")
+        elif address == IWDG:
+            self._watchdog(value)
+        elif self._is_port(address, value):
+            pass
+        else:
+            if DMA1 + 8 <= address < DMA1 + 168 and (address - DMA1 - 8) % 20 == 0:
+                if value & 1 and not self.stored(address) & 1:
+                    channel = self.dma[(address - DMA1 - 8) // 20]
+                    channel.done, channel.started = 0, self.now
+            self.register[address] = value
+
+    def _is_port(self, address, value):
+        for port, base in GPIO.items():
+            if address in (base + 0x18, base + 0x28):
+                old = self.stored(base + 0x14)
+                if address == base + 0x28:
+                    new = old & ~value
+                else:
+                    new = old & ~(value >> 16) | value & 0xFFFF
+                self.register[base + 0x14] = new
+                for pin in range(16):
+                    if (old ^ new) >> pin & 1:
+                        self.note("pin", f"P{port}{pin}", new >> pin & 1)
+                return True
+        return False
+
+    def _levels(self, port):
+        base, value = GPIO[port], 0
+        modes, outputs = self.stored(base), self.stored(base + 0x14)
+        for pin in range(16):
+            is_output = modes >> 2 * pin & 3 == 1
+            level = outputs >> pin & 1 if is_output else self.levels.get(f"P{port}{pin}", 0)
+            value |= level << pin
+        return value
+
+    # --- watchdog and reset
+
+    def _watchdog(self, key):
+        if key == 0xCCCC:
+            divider = 4 << (self.stored(IWDG + 4) & 7)
+            count = (self.stored(IWDG + 8) & 0xFFF or 0xFFF) + 1
+            self.watchdog_ticks = count * divider * TICK_HZ // LSI_HZ
+        if key in (0xAAAA, 0xCCCC):
+            self.fed = self.now
+
+    def reset(self, cause):
+        """The chip is reset: this stretch of the run ends."""
+        self.reset_by = cause
+        self.note("reset", cause, 1)
+        self.core.uc.emu_stop()
+
+    def note(self, kind, name, value):
+        """Something that is seen from outside."""
+        self.trace.append({"s": self.now / TICK_HZ, "kind": kind, "name": name, "value": value})
+
+    # --- time
+
+    def passing(self, ticks):
+        """The image is busy for so long."""
+        self.advance(self.now + ticks)
+        self.core.interrupt_check()
+
+    def next_event(self):
+        """The next moment at which anything happens by itself."""
+        moments = [part.next_event() for part in self.parts]
+        if self.script:
+            moments.append(self.script[0][0])
+        if self.watchdog_ticks is not None:
+            moments.append(self.fed + self.watchdog_ticks)
+        return max(min(moments), self.now)
+
+    def advance(self, moment):
+        """Lets everything happen up to a moment, in its order."""
+        while (event := self.next_event()) <= moment:
+            self.now = event
+            while self.script and self.script[0][0] <= event:
+                self._step(*self.script.pop(0))
+            for part in self.parts:
+                part.happen()
+            if self.watchdog_ticks is not None and event >= self.fed + self.watchdog_ticks:
+                self.reset("watchdog")
+                return
+            if event == moment:
+                break
+        self.now = max(self.now, moment)
+        for part in self.parts:
+            part.happen()
+
+    def _step(self, _moment, name, value):
+        """One line of the script: a pin's level, its voltage, a pulse, bytes of the host."""
+        self.note("script", name, value)
+        if name == "host":
+            self.serial.host_says(bytes.fromhex(value))
+        elif name == "tacho":
+            self.clock.capture()
+        elif name == "exception":
+            self.exception = value
+        elif name == "reset":
+            self.reset(value)
+        elif name == "hang":
+            self.hung = True
+        elif name == "spoilt":
+            self.flash.spoil(value)
+        elif name == "flash-fails":
+            self.flash.fail(value)
+        elif name == "supply-low":
+            self.supply.set(bool(value))
+        elif name == "stopped":
+            self.analog.forced.add(name)
+        elif isinstance(value, float):
+            self.analog.volts[name] = value
+            self.analog.forced.add(name)
+        else:
+            self.levels[name] = value
+        self.power.look()
+
+    # --- interrupts
+
+    def pending_interrupt(self):
+        """The lowest number that is enabled and wants to be served."""
+        for part in self.parts:
+            # Pending stays, even if the cause goes away before it is served.
+            self.pended |= part.interrupts() & self.enabled
+        return min(self.pended & self.enabled, default=None)
+
+    def take(self, number):
+        """The core enters the handler."""
+        self.pended.discard(number)

@@ -1,0 +1,267 @@
+"""The Cortex-M4 of the model: memory, exceptions, and time that events make.
+
+Instructions are executed by unicorn and take no time. Time goes on where the image sleeps
+(`wfi`), event by event, and by a few ticks whenever it reads the clock. One interrupt is
+served at a time, in the order of their numbers: priorities and preemption are not modelled.
+"""
+
+import struct
+
+from unicorn import (
+    UC_ARCH_ARM,
+    UC_HOOK_BLOCK,
+    UC_HOOK_CODE,
+    UC_HOOK_INTR,
+    UC_HOOK_MEM_INVALID,
+    UC_HOOK_MEM_READ,
+    UC_HOOK_MEM_WRITE,
+    UC_MODE_MCLASS,
+    UC_MODE_THUMB,
+    Uc,
+    UcError,
+)
+from unicorn.arm_const import (
+    UC_ARM_REG_LR,
+    UC_ARM_REG_PC,
+    UC_ARM_REG_PRIMASK,
+    UC_ARM_REG_R0,
+    UC_ARM_REG_R12,
+    UC_ARM_REG_SP,
+    UC_CPU_ARM_CORTEX_M4,
+)
+
+FLASH, FLASH_BYTES = 0x0800_0000, 0x8_0000
+RAM, RAM_BYTES = 0x2000_0000, 0x2_0000
+SYSTEM_FLASH = 0x1FFF_0000
+PERIPHERALS, PERIPHERALS_BYTES = 0x4000_0000, 0x1010_0000
+PRIVATE, PRIVATE_BYTES = 0xE000_0000, 0x10_0000
+
+# Where a handler returns to; nothing of the image lies there.
+RETURN = SYSTEM_FLASH + 0x100
+# What the core pushes on entry with floating point in use.
+FRAME_BYTES = 0x68
+# Instructions that may let interrupts in again: `cpsie i`, and `msr primask` of a register.
+CPSIE = b"\x62\xb6"
+MSR_PRIMASK = b"\x10\x88"
+WFI = b"\x30\xbf"
+
+PAINT = 0xA5
+
+
+class Stuck(Exception):
+    """The image did what the core cannot do. (One that hangs, hangs this program as well.)"""
+
+
+def load_segments(path):
+    """Physical address and bytes of every loaded part of an ELF file."""
+    elf = open(path, "rb").read()
+    if elf[:4] != b"\x7fELF":
+        raise SystemExit(f"{path}: no ELF file")
+    offset, size, count = (
+        struct.unpack_from("<I", elf, 28)[0],
+        *struct.unpack_from("<HH", elf, 42),
+    )
+    for k in range(count):
+        kind, start, _, address, length = struct.unpack_from("<5I", elf, offset + k * size)
+        if kind == 1 and length:
+            yield address, elf[start : start + length]
+
+
+def may_unmask(code):
+    """Whether an instruction may let interrupts in again."""
+    return code[:2] == CPSIE or (code[2:] == MSR_PRIMASK and code[1] == 0xF3 and code[0] >> 4 == 8)
+
+
+class Core:
+    """Executes an image until an end of time."""
+
+    def __init__(self, path, bus):
+        self.bus = bus
+        bus.core = self
+        self.uc = uc = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
+        uc.ctl_set_cpu_model(UC_CPU_ARM_CORTEX_M4)
+        uc.mem_map(FLASH, FLASH_BYTES)
+        uc.mem_write(FLASH, b"\xff" * FLASH_BYTES)
+        uc.mem_map(RAM, RAM_BYTES)
+        # Not up to the memory: a stack that leaves it must not find anything there.
+        uc.mem_map(SYSTEM_FLASH, 0x8000)
+        uc.mem_write(RETURN, b"\x00\xbf" * 4)
+        for address, data in load_segments(path):
+            uc.mem_write(address, data)
+            for at in range(0, len(data) - 1, 2):
+                if may_unmask(data[at : at + 4]):
+                    here = address + at
+                    uc.hook_add(UC_HOOK_CODE, self._enables, begin=here, end=here)
+        for base, length in (
+            (PERIPHERALS, PERIPHERALS_BYTES),
+            (PRIVATE, PRIVATE_BYTES),
+        ):
+            uc.mmio_map(base, length, self._read, base, self._write, base)
+        uc.hook_add(UC_HOOK_INTR, self._exception)
+        uc.hook_add(UC_HOOK_MEM_INVALID, self._invalid)
+        end = FLASH + FLASH_BYTES - 1
+        uc.hook_add(UC_HOOK_MEM_WRITE, self._programs, begin=FLASH, end=end)
+        self.trouble = None
+        self.served = {}
+        self.instructions = 0
+        self._lengths = {}
+        uc.mem_write(RAM, bytes([PAINT]) * RAM_BYTES)
+        self.restart()
+
+    def restart(self):
+        """What a reset does to the core: memory stays."""
+        self.wants = self.in_handler = False
+        stack, reset = struct.unpack("<II", self.uc.mem_read(FLASH, 8))
+        self.stack_top = stack
+        self.uc.reg_write(UC_ARM_REG_PRIMASK, 0)
+        self.uc.reg_write(UC_ARM_REG_SP, stack)
+        self.pc = reset | 1
+
+    def on_read(self, address, length, act):
+        """Calls `act` with the address of every load from there."""
+        self.uc.hook_add(
+            UC_HOOK_MEM_READ,
+            lambda _uc, _access, at, _size, _value, _data: act(at),
+            begin=address,
+            end=address + length - 1,
+        )
+
+    def count_instructions(self):
+        """From now on `instructions` counts every one that is executed."""
+        self.uc.hook_add(UC_HOOK_BLOCK, self._block)
+        # What is translated already knows nothing of the hook.
+        self.uc.ctl_flush_tb()
+
+    def vector(self, number):
+        """Address of an exception's handler."""
+        return struct.unpack("<I", self.uc.mem_read(FLASH + 4 * number, 4))[0]
+
+    def stack_used(self):
+        """Bytes of the stack ever written, from its top to the lowest."""
+        base = RAM
+        painted = bytes(self.uc.mem_read(base, self.stack_top - base))
+        untouched = len(painted) - len(painted.lstrip(bytes([PAINT])))
+        return len(painted) - untouched
+
+    def interrupt_check(self):
+        """Called when something may have become pending: ends this stretch of the program."""
+        if not self.in_handler and self.bus.pending_interrupt() is not None:
+            self.wants = True
+            if not self.uc.reg_read(UC_ARM_REG_PRIMASK):
+                self.uc.emu_stop()
+
+    def run(self, until):
+        """Runs to a moment, in ticks; false when the image has reset the chip before."""
+        bus = self.bus
+        while bus.now < until and bus.reset_by is None:
+            if bus.hung:
+                # The program goes round in a loop, with interrupts let in.
+                self.uc.reg_write(UC_ARM_REG_PRIMASK, 0)
+                bus.advance(min(bus.next_event(), until))
+                self._serve()
+                continue
+            self._execute(self.pc, 0xFFFF_FFFE)
+            self.pc = self.uc.reg_read(UC_ARM_REG_PC) | 1
+            if length := self._unmask():
+                self.pc += length
+            elif self._slept() and bus.pending_interrupt() is None:
+                bus.advance(min(bus.next_event(), until))
+            if bus.exception is not None:
+                self.call(self.vector(bus.exception))
+                bus.exception = None
+            self._serve()
+        return bus.reset_by is None
+
+    def call(self, handler):
+        """Enters a handler as the core would and runs it to its return."""
+        uc = self.uc
+        context = uc.context_save()
+        stack = uc.reg_read(UC_ARM_REG_SP) - FRAME_BYTES & ~7
+        uc.mem_write(stack, bytes(FRAME_BYTES))
+        uc.reg_write(UC_ARM_REG_SP, stack)
+        uc.reg_write(UC_ARM_REG_LR, RETURN | 1)
+        self.in_handler = True
+        pc = handler | 1
+        while self.bus.reset_by is None:
+            self._execute(pc, RETURN)
+            pc = uc.reg_read(UC_ARM_REG_PC) | 1
+            if pc & ~1 == RETURN:
+                break
+            pc += self._unmask()
+        self.in_handler = False
+        if self.bus.reset_by is None:
+            uc.context_restore(context)
+
+    def _serve(self):
+        """Serves what is pending, unless interrupts are masked."""
+        while not self.uc.reg_read(UC_ARM_REG_PRIMASK):
+            number = self.bus.pending_interrupt()
+            if number is None or self.bus.reset_by is not None:
+                break
+            self.served[number] = self.served.get(number, 0) + 1
+            self.bus.take(number)
+            self.call(self.vector(16 + number))
+        self.wants = False
+
+    def _execute(self, pc, until):
+        self.trouble = None
+        try:
+            self.uc.emu_start(pc, until)
+        except UcError as why:
+            here = self.uc.reg_read(UC_ARM_REG_PC)
+            raise Stuck(f"{why} at {here:#x} ({self.trouble})") from why
+        if self.trouble:
+            raise Stuck(self.trouble)
+
+    def _slept(self):
+        here = self.uc.reg_read(UC_ARM_REG_PC) & ~1
+        return bytes(self.uc.mem_read(here - 2, 2)) == WFI
+
+    def _unmask(self):
+        """Executes the instruction at which the program was held back; its length, or 0."""
+        code = bytes(self.uc.mem_read(self.uc.reg_read(UC_ARM_REG_PC) & ~1, 4))
+        if not may_unmask(code):
+            return 0
+        if code[:2] == CPSIE:
+            self.uc.reg_write(UC_ARM_REG_PRIMASK, 0)
+            return 2
+        register = UC_ARM_REG_R12 if code[0] & 15 == 12 else UC_ARM_REG_R0 + (code[0] & 15)
+        self.uc.reg_write(UC_ARM_REG_PRIMASK, self.uc.reg_read(register) & 1)
+        return 4
+
+    def _enables(self, uc, _address, _size, _data):
+        if self.wants or self.bus.pending_interrupt() is not None:
+            uc.emu_stop()
+
+    def _block(self, uc, address, size, _data):
+        count = self._lengths.get((address, size))
+        if count is None:
+            code = bytes(uc.mem_read(address, size))
+            count, at = 0, 0
+            while at + 1 < len(code):
+                # Five leading bits above 0b11100: an instruction of two halfwords.
+                at += 4 if code[at + 1] >> 3 > 0b11100 else 2
+                count += 1
+            self._lengths[(address, size)] = count
+        self.instructions += count
+
+    def _read(self, _uc, offset, size, base):
+        return self.bus.read(base + offset, size)
+
+    def _write(self, _uc, offset, size, value, base):
+        self.bus.write(base + offset, size, value)
+
+    def _programs(self, uc, _access, address, _size, _value, _data):
+        if not self.bus.flash.may_program():
+            self.trouble = f"store to locked flash at {address:#x}"
+            uc.emu_stop()
+
+    def _exception(self, uc, number, _data):
+        self.trouble = f"exception {number} at {uc.reg_read(UC_ARM_REG_PC):#x}"
+        uc.emu_stop()
+
+    def _invalid(self, uc, _access, address, _size, _value, _data):
+        self.trouble = f"access to {address:#x} from {uc.reg_read(UC_ARM_REG_PC):#x}"
+        return False
+
+

@@ -1,0 +1,97 @@
+#!/usr/bin/env python3
+"""Runs an unmodified image for the NUCLEO-G474RE on a model of its chip.
+
+    run.py IMAGE FOLDER --seconds S [--microphone-1 FILE] [--microphone-2 FILE]
+           [--script FILE] [--count-from S] [--bridge-every N] [--resets N]
+
+The microphones' files hold what the converter would give: sums of eight conversions,
+little-endian 16 bits, 48000 a second. The script is JSON, a list of [seconds, name, value]:
+a pin and its level (0 or 1) or its voltage (a number with a point), "tacho" for a pulse,
+"host" and bytes in hexadecimal, "exception" and its number, "stopped" for converters that
+stand still from then on, "hang" for a program that goes round in a loop, "spoilt" and the
+address of a double word of the flash whose check bits are wrong, "flash-fails" and the
+address where a fetch finds such a word, "supply-low" and 1 or 0, "reset" and its cause.
+
+A run ends with the reset that follows --resets others (default: none).
+
+With --bridge-every only one PWM period in N is made, which is quicker where the current
+loop does not matter; from the moment on from which instructions are counted, every one is.
+
+FOLDER gets `frames.bin`, what the link said, and `run.json`: what was seen from outside
+(outputs, pins, DACs, resets), the stack used, the interrupts served, and with --count-from
+the instructions executed from that moment on.
+"""
+
+import argparse
+import json
+import pathlib
+import sys
+
+from bus import TICK_HZ, Bus
+from core import Core, Stuck
+
+
+def arguments():
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
+    parser.add_argument("image", type=pathlib.Path)
+    parser.add_argument("folder", type=pathlib.Path)
+    parser.add_argument("--seconds", type=float, required=True)
+    parser.add_argument("--microphone-1", type=pathlib.Path)
+    parser.add_argument("--microphone-2", type=pathlib.Path)
+    parser.add_argument("--script", type=pathlib.Path)
+    parser.add_argument("--count-from", type=float)
+    parser.add_argument("--bridge-every", type=int, default=1)
+    parser.add_argument("--resets", type=int, default=0)
+    return parser.parse_args()
+
+
+def main():
+    """One run; exit code 1 when the image got stuck."""
+    given = arguments()
+    steps = json.loads(given.script.read_text()) if given.script else []
+    bus = Bus([[round(s * TICK_HZ), name, value] for s, name, value in steps])
+    for pin, path in (("PA0", given.microphone_1), ("PA1", given.microphone_2)):
+        if path:
+            bus.analog.sounds[pin] = path.read_bytes()
+    bus.power.every = given.bridge_every
+    core = Core(given.image, bus)
+    end = round(given.seconds * TICK_HZ)
+    seen = {}
+    trouble = None
+    try:
+        if given.count_from is not None and core.run(round(given.count_from * TICK_HZ)):
+            core.count_instructions()
+            bus.power.every = 1
+            bus.advance(bus.now)
+            seen["counted_samples"] = -bus.analog.taken
+        for _ in range(given.resets):
+            if core.run(end):
+                break
+            bus.restart()
+            core.restart()
+        core.run(end)
+    except Stuck as why:
+        trouble = str(why)
+    if "counted_samples" in seen:
+        seen["counted_samples"] += bus.analog.taken
+        seen["counted_instructions"] = core.instructions
+    seen |= {
+        "trouble": trouble,
+        "seconds": bus.now / TICK_HZ,
+        "samples": bus.analog.taken,
+        "stack_bytes": core.stack_used(),
+        "reset_by": bus.reset_by,
+        "interrupts": core.served,
+        "trace": bus.trace,
+    }
+    given.folder.mkdir(parents=True, exist_ok=True)
+    (given.folder / "frames.bin").write_bytes(bus.serial.said)
+    (given.folder / "run.json").write_text(json.dumps(seen, indent=1))
+    if trouble:
+        print(f"stuck: {trouble}", file=sys.stderr)
+    return 1 if trouble else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

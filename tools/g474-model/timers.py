@@ -1,0 +1,182 @@
+"""TIM2, the clock and the tacho's capture; TIM1, the bridges and their break inputs."""
+
+from analog import COMPARATORS
+
+TIM1, TIM2 = 0x4001_2C00, 0x4000_0000
+CR1, CR2, DIER, SR, EGR, CNT, ARR, RCR, CCR1, BDTR, AF1, AF2 = (
+    0x00, 0x04, 0x0C, 0x10, 0x14, 0x24, 0x2C, 0x30, 0x34, 0x44, 0x60, 0x64,
+)  # fmt: skip
+CCER = 0x20
+REQUEST_TIM2_CH3 = 58
+INTERRUPT_TIM2 = 28
+NEVER = 1 << 62
+READ_TICKS = 12
+MOE = 1 << 15
+
+
+class Clock:
+    """TIM2 counts ticks, overflows, matches one compare register, captures the tacho."""
+
+    def __init__(self, bus):
+        self.bus = bus
+        self.started = None
+        self.flags = 0
+
+    def count(self):
+        """Ticks since it was started, all of them."""
+        return 0 if self.started is None else self.bus.now - self.started
+
+    def read(self, address):
+        if address == TIM2 + CNT:
+            self.bus.passing(READ_TICKS)
+            return self.count() & 0xFFFF_FFFF
+        if address == TIM2 + SR:
+            return self.flags
+        return None
+
+    def write(self, address, value):
+        if address == TIM2 + SR:
+            self.flags &= value
+            return True
+        if address == TIM2 + EGR:
+            self.flags |= value & 1
+            return True
+        if address == TIM2 + CR1 and value & 1 and self.started is None:
+            self.started = self.bus.now
+        return False
+
+    def _match(self):
+        """The next moment at which the counter equals the compare register."""
+        wanted = self.bus.stored(TIM2 + CCR1)
+        return self.bus.now + ((wanted - self.count() - 1 & 0xFFFF_FFFF) + 1)
+
+    def next_event(self):
+        if self.started is None:
+            return NEVER
+        overflow = self.bus.now + (1 << 32) - (self.count() & 0xFFFF_FFFF)
+        waiting = self.bus.stored(TIM2 + DIER) & 2 and not self.flags & 2
+        return min(overflow, self._match()) if waiting else overflow
+
+    def happen(self):
+        if self.started is None:
+            return
+        count = self.count() & 0xFFFF_FFFF
+        if count == 0 and self.count():
+            self.flags |= 1
+        if count == self.bus.stored(TIM2 + CCR1):
+            self.flags |= 2
+
+    def capture(self):
+        """An edge at the tacho's pin."""
+        on = self.bus.stored(TIM2 + CCER) >> 8 & 1
+        chosen = self.bus.stored(TIM2 + 0x1C) & 3 == 1
+        dma = self.bus.channel(REQUEST_TIM2_CH3)
+        if on and chosen and dma and self.bus.stored(TIM2 + DIER) >> 11 & 1:
+            dma.to_memory((self.count() & 0xFFFF_FFFF).to_bytes(4, "little"), 4)
+
+    def interrupts(self):
+        return {INTERRUPT_TIM2} if self.flags & self.bus.stored(TIM2 + DIER) & 3 else set()
+
+
+class BreakTimer:
+    """TIM1: centre-aligned PWM for the coils; break from the pin and the comparators."""
+
+    def __init__(self, bus):
+        self.bus = bus
+        self.flags = 0
+        self.on = False
+        self.next = NEVER
+        self.every = 1
+
+    def period(self):
+        """Ticks of one PWM period: up and down again."""
+        return 2 * self.bus.stored(TIM1 + ARR)
+
+    def active(self):
+        """Break inputs that are active now: bit 0 the first, bit 1 the second."""
+        bus = self.bus
+        bdtr = bus.stored(TIM1 + BDTR)
+        found = 0
+        for k, (offset, enable, polarity) in enumerate(((AF1, 12, 13), (AF2, 24, 25))):
+            if not bdtr >> enable & 1:
+                continue
+            sources, high = bus.stored(TIM1 + offset), bdtr >> polarity & 1
+            if k == 0 and sources & 1:
+                inverted = sources >> 9 & 1
+                found |= (bus.levels.get("PA6", 0) ^ inverted) == high
+            for number in COMPARATORS:
+                if sources >> number & 1:
+                    found |= (bus.analog.comparator(number) == high) << k
+        return found
+
+    def can_switch(self):
+        """Master enable set, and at least one switch's output enabled."""
+        enabled = self.bus.stored(TIM1 + CCER) & 0x5555
+        return bool(self.bus.stored(TIM1 + BDTR) & MOE and enabled)
+
+    def look(self):
+        """Inputs have changed: the outputs may go off."""
+        active = self.active()
+        self.flags |= (active & 1) << 7 | (active >> 1 & 1) << 8
+        if active:
+            self.bus.register[TIM1 + BDTR] = self.bus.stored(TIM1 + BDTR) & ~MOE
+            self._switch(False, "break")
+
+    def system_break(self):
+        """An error of the chip itself breaks the timer, if breaks are enabled."""
+        if self.bus.stored(TIM1 + BDTR) >> 12 & 1:
+            self.flags |= 1 << 13
+            self.bus.register[TIM1 + BDTR] = self.bus.stored(TIM1 + BDTR) & ~MOE
+            self._switch(False, "break")
+
+    def reset(self):
+        """The chip's reset opens every switch."""
+        self._switch(False, "reset")
+
+    def _switch(self, on, why):
+        if on != self.on:
+            self.bus.note("outputs", why, int(on))
+        self.on = on
+
+    def read(self, address):
+        if address == TIM1 + SR:
+            return self.flags
+        if address == TIM1 + BDTR:
+            return self.bus.stored(address)
+        return None
+
+    def write(self, address, value):
+        bus = self.bus
+        if address == TIM1 + SR:
+            self.flags &= value
+            return True
+        if address == TIM1 + BDTR:
+            bus.register[address] = value
+            self.look()
+            self._switch(self.can_switch(), "software")
+            return True
+        if address == TIM1 + CCER:
+            bus.register[address] = value
+            self._switch(self.can_switch(), "software")
+            return True
+        if address == TIM1 + CR1 and value & 1 and self.next == NEVER:
+            self.next = bus.now
+        return False
+
+    def duty(self, channel):
+        """Part of a period for which an upper switch is closed; 0..3."""
+        return self.bus.stored(TIM1 + CCR1 + 4 * channel) / max(self.bus.stored(TIM1 + ARR), 1)
+
+    def next_event(self):
+        return self.next
+
+    def happen(self):
+        bus = self.bus
+        if bus.now < self.next:
+            return
+        self.next = bus.now + self.every * max(self.period(), 1)
+        bus.analog.pwm_period(self)
+        self.look()
+
+    def interrupts(self):
+        return set()

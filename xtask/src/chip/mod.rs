@@ -1,0 +1,151 @@
+//! `cargo xtask chip`: what the image for the NUCLEO-G474RE takes of its chip, and what it
+//! may never do.
+//!
+//! Sizes and reachable calls are read from the linked image; the stack and the instructions
+//! are of a run on the model of the chip, which listens to a fixed sound.
+
+pub mod figures;
+pub mod model;
+
+use std::path::{Path, PathBuf};
+
+use crate::arm_image::ArmImage;
+use crate::count::calls::Unwanted;
+use crate::fw::{self, Request};
+use crate::toolchain::ArmToolchain;
+use crate::{Failure, Result, Workspace, process};
+use figures::Figures;
+use model::{Model, Run};
+
+/// The board whose image this is about.
+pub const BOARD: &str = "nucleo-g474re";
+
+/// Where the table of figures is.
+pub const PAGE: &str = "docs/flash.md";
+
+/// Functions that are the roots of the duties that may not stop, by a part of their names.
+const DUTIES: [&str; 2] = ["Listening4pass", "current_duty"];
+
+/// Seconds of the run, and from when on instructions are counted: by then the model of the
+/// sound has settled.
+const SECONDS: f64 = 1.6;
+const COUNT_FROM_S: f64 = 1.5;
+/// Until then one PWM period in so many is made: it is quicker.
+const BRIDGE_EVERY: u32 = 48;
+
+/// Builds the image and returns its path.
+///
+/// # Errors
+/// When it does not build.
+pub fn build(workspace: &Workspace, toolchain: &ArmToolchain) -> Result<PathBuf> {
+    process::run(&mut fw::command(
+        workspace,
+        toolchain,
+        &Request::build(BOARD),
+    ))?;
+    Ok(fw::elf_path(workspace, BOARD, BOARD))
+}
+
+/// Measures the image.
+///
+/// # Errors
+/// When the model cannot be had, the image gets stuck in it, or a duty is not in the image.
+pub fn measure(workspace: &Workspace, toolchain: &ArmToolchain, elf: &Path) -> Result<Figures> {
+    let image = ArmImage::read(elf)?;
+    let folder = workspace.target_dir().join("g474");
+    std::fs::create_dir_all(&folder)
+        .map_err(|why| Failure::new(format!("cannot make {}", folder.display())).because(why))?;
+    let sound = folder.join("sound.u16");
+    std::fs::write(&sound, figures::sound(SECONDS))
+        .map_err(|why| Failure::new(format!("cannot write {}", sound.display())).because(why))?;
+    let run = Run {
+        seconds: SECONDS,
+        count_from: Some(COUNT_FROM_S),
+        microphone: Some(&sound),
+        bridge_every: BRIDGE_EVERY,
+    };
+    let seen = Model::find_or_make(workspace)?.run(elf, &folder, &run)?;
+    let number = |name: &str| {
+        seen.get(name)
+            .and_then(serde_json::Value::as_u64)
+            .ok_or_else(|| Failure::new(format!("the model did not say `{name}`")))
+    };
+    let mut unwanted = Vec::new();
+    for duty in DUTIES {
+        let roots: Vec<_> = image.named(duty).collect();
+        if roots.is_empty() {
+            return Err(
+                Failure::new(format!("{} has no function `{duty}`", elf.display()))
+                    .advise("the duty must be a function of its own, not inlined"),
+            );
+        }
+        let found = Unwanted::reachable(&image, roots);
+        for line in found.summary() {
+            eprintln!("chip: in {duty}: {line}");
+        }
+        unwanted.push((duty.to_owned(), found));
+    }
+    Figures::new(
+        toolchain.compiler_version()?,
+        &image,
+        number("stack_bytes")?,
+        number("counted_instructions")? as f64 / number("counted_samples")?.max(1) as f64,
+        &unwanted,
+    )
+}
+
+/// The command `chip [--image ELF] [--markdown FILE | --check FILE]`.
+///
+/// # Errors
+/// When the image cannot be built or measured, or a figure differs from the table.
+pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
+    let toolchain = ArmToolchain::find_or_make(workspace)?;
+    let (elf, arguments) = match arguments {
+        [option, elf, rest @ ..] if option == "--image" => (PathBuf::from(elf), rest),
+        _ => (build(workspace, &toolchain)?, arguments),
+    };
+    let figures = measure(workspace, &toolchain, &elf)?;
+    println!("{}", figures.markdown());
+    match arguments {
+        [] => {}
+        [option, file] if option == "--markdown" => {
+            let text = read(Path::new(file))?;
+            let text = figures.written_into(&text).map_err(Failure::new)?;
+            std::fs::write(file, text)
+                .map_err(|why| Failure::new(format!("cannot write {file}")).because(why))?;
+        }
+        [option, file] if option == "--check" => check(&figures, Path::new(file))?,
+        _ => {
+            return Err(Failure::usage(
+                "`chip` takes --image ELF, then --markdown FILE or --check FILE",
+            ));
+        }
+    }
+    Ok(0)
+}
+
+/// Fails unless the figures are those of the table in a file.
+///
+/// # Errors
+/// Names every figure that differs.
+pub fn check(figures: &Figures, path: &Path) -> Result<()> {
+    let differences = figures.differences_from(&read(path)?).map_err(|why| {
+        Failure::new(format!("cannot read the table in {}", path.display())).because(why)
+    })?;
+    if differences.is_empty() {
+        return Ok(());
+    }
+    Err(
+        Failure::new(format!("figures differ from {}", path.display()))
+            .because(format!("\n  {}", differences.join("\n  ")))
+            .advise(format!(
+                "if the change is meant: cargo xtask chip --markdown {}",
+                path.display()
+            )),
+    )
+}
+
+fn read(path: &Path) -> Result<String> {
+    std::fs::read_to_string(path)
+        .map_err(|why| Failure::new(format!("cannot read {}", path.display())).because(why))
+}
