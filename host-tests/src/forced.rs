@@ -37,6 +37,10 @@ pub struct ForcedConfig {
     pub runout_db: Option<(f64, f64)>,
     /// The speed changes from, to (s), by this part of the starting speed a second.
     pub ramp: Option<(f64, f64, f64)>,
+    /// The speed swings by this part of it, so many times a second.
+    pub swing: Option<(f64, f64)>,
+    /// All lines swell by this part of them, so many times a second.
+    pub swell: Option<(f64, f64)>,
     /// A mode (by place) whose damping goes: from when (s), in how long (s), to what
     /// damping ratio, under a force that stays.
     pub fading: Option<(usize, f64, f64, f64)>,
@@ -78,6 +82,8 @@ impl ForcedConfig {
             teeth,
             runout_db: Some((10.0, 20.0)),
             ramp: None,
+            swing: None,
+            swell: None,
             fading: None,
             seed,
         }
@@ -99,7 +105,8 @@ impl ForcedConfig {
     /// Highest spindle frequency there will be, Hz.
     fn fastest_hz(&self) -> f64 {
         let change = self.ramp.map_or(0.0, |(from, to, rate)| rate * (to - from));
-        self.spindle_hz * (1.0 + change.max(0.0))
+        let swing = self.swing.map_or(0.0, |(part, _)| part);
+        self.spindle_hz * (1.0 + change.max(0.0) + swing)
     }
 
     /// The modes when mode `fading` has damping `zeta` under a force that stays.
@@ -207,7 +214,7 @@ impl Forced {
             .config
             .ramp
             .map_or(0.0, |(from, to, rate)| rate * (t.clamp(from, to) - from));
-        self.config.spindle_hz * (1.0 + change)
+        self.config.spindle_hz * (1.0 + change + wave(self.config.swing, t))
     }
 
     /// Lets the fading mode fade, once a millisecond.
@@ -229,13 +236,18 @@ impl Forced {
     }
 }
 
+/// part·sin(2π·hz·t).
+fn wave(of: Option<(f64, f64)>, t: f64) -> f64 {
+    of.map_or(0.0, |(part, hz)| part * (TAU * hz * t).sin())
+}
+
 impl Iterator for Forced {
     type Item = f64;
 
     fn next(&mut self) -> Option<f64> {
         let t = self.n as f64 / self.config.fs_hz;
         self.fade(t);
-        let y = self.noise.next_sample() + self.forced();
+        let y = self.noise.next_sample() + self.forced() * (1.0 + wave(self.config.swell, t));
         self.angle = (self.angle + TAU * self.spindle_hz(t) / self.config.fs_hz) % TAU;
         self.n += 1;
         Some(SCALE * y)

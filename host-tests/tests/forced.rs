@@ -29,6 +29,9 @@ enum Case {
     RampTold,
     /// Nothing; the speed changes likewise.
     RampBlind,
+    /// The mean speed, this part too high; the speed swings by 0.4 %, and the lines swell by
+    /// 15 %, one to five times a second, as in a cut that is not quite even.
+    Uneven(f64),
 }
 
 /// Signal and settings of one case and seed.
@@ -60,6 +63,10 @@ fn drawn(case: Case, seed: u64, seconds: f64) -> (ForcedConfig, MonitorConfig) {
             band.high_hz = band.high_hz.min(Band::usual(signal.fs_hz).high_hz);
         }
         Case::Told(_) | Case::RampTold => {}
+        Case::Uneven(_) => {
+            signal.swing = Some((0.004, 0.3));
+            signal.swell = Some((0.15, 1.0 + (seed % 5) as f64));
+        }
     }
     if matches!(case, Case::RampTold | Case::RampBlind) {
         let rate = if seed % 4 < 2 { 0.1 } else { -0.1 };
@@ -67,7 +74,7 @@ fn drawn(case: Case, seed: u64, seconds: f64) -> (ForcedConfig, MonitorConfig) {
         signal.ramp = Some((from, from + 2.5, rate));
     }
     let told = match case {
-        Case::Told(off) => Some(signal.spindle_hz * (1.0 + off)),
+        Case::Told(off) | Case::Uneven(off) => Some(signal.spindle_hz * (1.0 + off)),
         Case::RampTold => Some(signal.spindle_hz),
         _ => None,
     };
@@ -91,14 +98,17 @@ fn listened(case: Case, seed: u64, seconds: f64) -> Watched {
     watch(&config, Forced::new(signal).take(samples))
 }
 
-const CASES: [(&str, Case, f64); 7] = [
+const CASES: [(&str, Case, f64); 10] = [
     ("speed told", Case::Told(0.0), 0.0),
     ("speed told 0.5 % high", Case::Told(0.005), GRACE_S),
     ("speed told 2 % high", Case::Told(0.02), GRACE_S),
+    ("speed told 2 % low", Case::Told(-0.02), GRACE_S),
     ("not told, several lines", Case::Blind, GRACE_S),
     ("not told, one line", Case::OneLine, 0.0),
     ("told, ±10 %/s for 2.5 s", Case::RampTold, GRACE_S),
     ("not told, ±10 %/s for 2.5 s", Case::RampBlind, GRACE_S),
+    ("told, uneven", Case::Uneven(0.0), GRACE_S),
+    ("told 1 % low, uneven", Case::Uneven(-0.01), GRACE_S),
 ];
 
 fn table(signals: u64, seconds: f64) {
