@@ -17,6 +17,8 @@ const MISSED: &[&str] = &[
     "near: 90 %",
     "cutting: chatter, turning-980",
     "cutting: chatter, slender-bar",
+    "cutting: chatter, two-tooth-up, 10000 1/min, 0.3",
+    "cutting: chatter, two-tooth-up, 10000 1/min, 0.7",
     "cutting: chatter, two-tooth-up, 20500",
     "cutting: onset missed",
     "cutting: onset too early",

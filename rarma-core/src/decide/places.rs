@@ -32,9 +32,9 @@ const DAMPED: (f64, f64) = (1.5, 0.2);
 const SOME: f64 = 0.2;
 const MEAN_TAU_S: f64 = 2.0;
 const MEAN_S: f64 = 0.5;
-/// Below this mean, in thresholds, a mode is one of low damping: half of it is less than
+/// Below this mean, in thresholds, a mode is one of low damping: a third of it is less than
 /// the threshold.
-const LOW: f64 = 2.0;
+const LOW: f64 = 3.0;
 
 /// One remembered mode.
 #[derive(Debug, Clone, Copy)]
@@ -173,7 +173,7 @@ impl<T: Real> Places<T> {
         }
     }
 
-    /// Damping ratio below which a mode here counts as undamped: the threshold, or half of
+    /// Damping ratio below which a mode here counts as undamped: the threshold, or a third of
     /// its mean where that is less. A slender tool far below its limit has 1 %, and reads
     /// half of it now and then; that is no news.
     pub fn threshold(&self, frequency: T, config: &AlarmConfig<T>) -> T {
@@ -304,18 +304,18 @@ mod tests {
     }
 
     #[test]
-    fn a_mode_of_low_damping_is_undamped_at_half_of_it() {
+    fn a_mode_of_low_damping_is_undamped_at_a_third_of_it() {
         let config = AlarmConfig::default();
         let mut places = Places::default();
         assert_eq!(places.threshold(980.0, &config), 0.01);
-        watch(&mut places, 980.0, 0.008, 0.5, 0.4);
+        watch(&mut places, 980.0, 0.009, 0.5, 0.4);
         assert_eq!(places.threshold(980.0, &config), 0.01, "too short");
-        watch(&mut places, 980.0, 0.008, 0.5, 1.0);
-        assert!((places.threshold(990.0, &config) - 0.004).abs() < 1e-9);
-        assert!((places.usual_damping(990.0, &config) - 0.008).abs() < 1e-9);
+        watch(&mut places, 980.0, 0.009, 0.5, 1.0);
+        assert!((places.threshold(990.0, &config) - 0.003).abs() < 1e-9);
+        assert!((places.usual_damping(990.0, &config) - 0.009).abs() < 1e-9);
         // What reads like a chatter does not make it lower, however long it lasts.
         watch(&mut places, 980.0, 0.0005, 0.9, 4.0);
-        assert!((places.threshold(980.0, &config) - 0.004).abs() < 1e-9);
+        assert!((places.threshold(980.0, &config) - 0.003).abs() < 1e-9);
         // A mode with damping keeps the setting.
         watch(&mut places, 500.0, 0.04, 0.5, 1.0);
         assert_eq!(places.threshold(500.0, &config), 0.01);

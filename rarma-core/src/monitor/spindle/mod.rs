@@ -9,13 +9,15 @@ mod belief;
 use super::MonitorConfig;
 use super::drift::Drift;
 use crate::condition::{
-    Finding, Lock, SpeedFinder, SpeedFinderConfig, SpindleLines, SpindleLinesConfig, Tacho,
+    Band, Finding, Lock, SpeedFinder, SpeedFinderConfig, SpindleLines, SpindleLinesConfig, Tacho,
     TachoConfig, TachoFault,
 };
 use crate::decide::SPEED_ACCURACY;
 use crate::real::Real;
 use serde::{Deserialize, Serialize};
 
+/// The model hears up to this part of its rate.
+const MODEL_REACH: f64 = 0.47;
 /// Lines that are removed at most.
 pub(super) const LINES: usize = 32;
 /// A speed that was found is believed for this long without being heard again, s.
@@ -91,6 +93,15 @@ pub(super) struct Spindle<T> {
     unconfirmed_s: T,
 }
 
+/// Where lines are removed: above the band, too, as far as the model hears. A tooth line
+/// there takes a pole pair of the model like any other.
+fn up_to_the_model(band: Band, fs: f64) -> Band {
+    Band {
+        high_hz: band.high_hz.max(MODEL_REACH * fs),
+        ..band
+    }
+}
+
 impl<T: Real> Spindle<T> {
     /// For decimated samples of rate `fs`. A rate that is too low for lines has none.
     pub(super) fn new(config: &MonitorConfig, fs: f64) -> Self {
@@ -113,7 +124,7 @@ impl<T: Real> Spindle<T> {
             finder: find(told),
             lines: SpindleLines::new(&SpindleLinesConfig {
                 teeth,
-                ..SpindleLinesConfig::new(fs, band)
+                ..SpindleLinesConfig::new(fs, up_to_the_model(band, fs))
             })
             .ok(),
             tacho: config.tacho_pulses.and_then(|pulses| {
