@@ -9,6 +9,7 @@
 use super::recorder::Recorder;
 use super::schedule::{Run, Schedule};
 use super::trace::{AngleMap, Trace};
+use serde::{Deserialize, Serialize};
 
 /// Readings in a row on the other side of the trigger length.
 const CROSSED_MS: u32 = 3;
@@ -131,7 +132,7 @@ pub enum Stage {
 }
 
 /// Why a test ended.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum RunFault {
     /// The machine did not start.
     NoOnTrigger,

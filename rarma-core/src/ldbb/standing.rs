@@ -12,7 +12,8 @@ use super::schedule::{Run, Schedule};
 pub struct StandingConfig {
     /// Directions that are measured.
     pub directions: u8,
-    /// Dither after a new pressure, s.
+    /// Dither after a new pressure, s; by default none: it would shake the friction loose
+    /// whose hysteresis is sought.
     pub dither_s: f32,
     /// Mean over this long, s.
     pub hold_s: f32,
@@ -28,7 +29,7 @@ impl Default for StandingConfig {
     fn default() -> Self {
         Self {
             directions: 4,
-            dither_s: 1.0,
+            dither_s: 0.0,
             hold_s: 1.0,
             settle_most_s: 20.0,
             holding_pa: 4e4,

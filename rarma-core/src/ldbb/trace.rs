@@ -123,6 +123,18 @@ impl<T: Real, const BINS: usize> Trace<T, BINS> {
         (count > 0).then(|| self.mean[bin])
     }
 
+    /// Mean of this and another run, in bins that both have.
+    #[must_use]
+    pub fn averaged(&self, other: &Self) -> Self {
+        let mut out = Self::default();
+        for k in 0..BINS {
+            if let (Some(a), Some(b)) = (self.mean(k), other.mean(k)) {
+                let _ = out.add(Self::angle(k), T::from_f64(0.5) * (a + b));
+            }
+        }
+        out
+    }
+
     /// Readings in a bin.
     pub fn count(&self, bin: usize) -> u16 {
         self.count.get(bin).copied().unwrap_or(0)

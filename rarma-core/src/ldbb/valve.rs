@@ -64,6 +64,8 @@ pub struct ValveOut {
 /// Smoothing of the transducer, s, and the slower one whose distance tells the slope.
 const FAST_S: f32 = 0.1;
 const SLOW_S: f32 = 0.6;
+/// The outer loop works while the expected pressure is within this of the reference, Pa.
+const STILL_PA: f32 = 500.0;
 
 /// See the module.
 #[derive(Debug, Clone, Copy, Default)]
@@ -115,14 +117,16 @@ impl ValveLoop {
             }
             self.fast_pa += part(FAST_S) * (measured_pa - self.fast_pa);
             self.slow_pa += part(SLOW_S) * (measured_pa - self.slow_pa);
-            let ki = core::f32::consts::TAU * c.crossover_hz;
-            let error = self.expected_pa - measured_pa;
-            let wanted = self.integral_pa + ki * dt_s * error;
-            self.integral_pa = wanted.clamp(-c.most_trim_pa, c.most_trim_pa);
-            let smooth = self.expected_pa - self.fast_pa;
-            let raw = self.integral_pa + ki * c.lag_s * smooth;
-            trim_pa = raw.clamp(-c.most_trim_pa, c.most_trim_pa);
-            limiting = self.integral_pa != wanted;
+            // While the reference moves, the regulator's dead time is an error that is none:
+            // it would be wound up and overshoot by 6 % of a step.
+            if (self.reference_pa - self.expected_pa).abs() < STILL_PA {
+                let ki = core::f32::consts::TAU * c.crossover_hz;
+                let wanted = self.integral_pa + ki * dt_s * (self.expected_pa - measured_pa);
+                self.integral_pa = wanted.clamp(-c.most_trim_pa, c.most_trim_pa);
+                limiting = self.integral_pa != wanted;
+                let raw = self.integral_pa + ki * c.lag_s * (self.expected_pa - self.fast_pa);
+                trim_pa = raw.clamp(-c.most_trim_pa, c.most_trim_pa);
+            }
         }
         let slope = (self.fast_pa - self.slow_pa) / (SLOW_S - FAST_S);
         let quiet = self.reference_pa == set_pa

@@ -106,6 +106,7 @@ impl Bench {
     /// Stands at an angle, rad.
     pub fn stand(&mut self, theta: f64) {
         self.motion.stand(theta);
+        self.machine.released();
     }
 
     /// `dt_s` on; `command_pa` as in [`Air::step`].

@@ -142,6 +142,12 @@ impl Machine {
         self.force_n = force_n;
     }
 
+    /// The axes have moved the load to another direction: the sliders there have not
+    /// been bent yet.
+    pub fn released(&mut self) {
+        self.slider_n = self.force_n.clamp(-self.config.slip_n, self.config.slip_n);
+    }
+
     fn deflection_m(&self, at: &Commanded, force_n: f64) -> f64 {
         let c = &self.config;
         let standing = if at.speed_m_s == 0.0 {
