@@ -191,7 +191,11 @@ fn bad_input_is_one_line() {
             let _ = writeln!(s, "{l}");
             s
         });
-    check("arc.csv", half, &["cover 130°", "180° are needed"]);
+    check(
+        "arc.csv",
+        half,
+        &["the readings cover 13", "180° are needed"],
+    );
     check(
         "word.csv",
         sound().replacen("\n5,", "\nfive,", 1),

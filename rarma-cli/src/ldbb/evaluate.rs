@@ -125,6 +125,10 @@ pub fn evaluate(
         errors.push(at_force(&group, options)?);
     }
     let forces = groups(runs).len();
+    // More than one run a sense, all at one force.
+    if forces == 1 && runs.iter().filter(|r| r.rising).count() > 2 {
+        return Err(LdbbError::EqualForces);
+    }
     Ok(Findings {
         errors,
         stiffness: if forces >= 3 {

@@ -7,6 +7,7 @@ mod at_work;
 mod els;
 mod els_parts;
 mod ldbb;
+mod ldbb_parts;
 mod listen;
 mod process;
 mod reader;

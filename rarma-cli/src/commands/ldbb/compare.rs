@@ -1,6 +1,6 @@
 //! `rarma ldbb compare`: machines, feeds or inclinations side by side.
 
-use super::{out, pictures};
+use super::{compare_pictures, out};
 use crate::args::LdbbCompareArgs;
 use crate::failure::Failure;
 use crate::ldbb::compare::{Machine, rank, spread};
@@ -28,7 +28,7 @@ pub(super) fn main(args: &LdbbCompareArgs) -> Result<u8, Failure> {
         machines: &machines,
         spread: spread(&machines),
     };
-    let body = pictures::comparison(&machines, answer.spread);
+    let body = compare_pictures::comparison(&machines, answer.spread);
     if out(
         &args.show,
         "Loaded ball bar, comparison",

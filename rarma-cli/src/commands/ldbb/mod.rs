@@ -2,6 +2,9 @@
 
 mod analyse;
 mod compare;
+mod compare_pictures;
+mod cycle_pictures;
+mod error_pictures;
 mod pictures;
 mod run;
 
@@ -154,7 +157,7 @@ fn words(answer: &Answer, circles: &Circles) {
         say!("stiffness {:.2} N/µm on average", s.mean_n_per_um);
         for (name, e) in [("largest ", &s.most), ("smallest", &s.least)] {
             say!(
-                "  {name} {:.2} ± {:.2} N/µm at {:.1}°",
+                "  {name} {:.2} ± {:.3} N/µm at {:.1}°",
                 e.n_per_um,
                 e.sd_n_per_um,
                 e.angle_deg
@@ -164,7 +167,7 @@ fn words(answer: &Answer, circles: &Circles) {
     for c in &answer.findings.standing {
         if let (Some(k), Some(sd)) = (c.n_per_um, c.sd_n_per_um) {
             say!(
-                "standing at {:3.0}°: {k:.2} ± {sd:.2} N/µm, hysteresis {:.1} µm",
+                "standing at {:3.0}°: {k:.2} ± {sd:.3} N/µm, hysteresis {:.1} µm",
                 c.angle_deg,
                 c.left_um
             );
