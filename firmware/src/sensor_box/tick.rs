@@ -28,9 +28,7 @@ impl SensorBox {
         let permission = self.supervise(board, now_us);
         let gate = self.gate(board, permission.gate, now_us);
         let mode = self.supervisor.mode();
-        let valve = self
-            .rig
-            .step(board, mode, permission, gate, &self.state);
+        let valve = self.rig.step(board, mode, permission, gate, &self.state);
         if !valve {
             self.fault(board, FaultCode::Valve, 0, 0.0, now_us);
         }

@@ -38,7 +38,7 @@ pub fn spikes<T: Real, const BINS: usize>(
                 d += full;
             }
             while d >= full {
-                d = d - full;
+                d -= full;
             }
             d
         };
