@@ -215,6 +215,10 @@ fn carry_out<B: BoxBoard>(
             ready(all, Mode::Cers)?;
             done(all.rig.want_current(a))
         }
+        Command::Circle(job) => {
+            ready(all, Mode::Ldbb)?;
+            done(all.rig.want_circle(&job))
+        }
         Command::Status => {
             all.tell_status(board, now_us);
             Ok(Answer::Done)

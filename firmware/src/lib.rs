@@ -6,6 +6,7 @@
 #![deny(unsafe_code)]
 
 pub mod app;
+pub mod bar;
 pub mod bits;
 pub mod board;
 pub mod boards;

@@ -3,16 +3,19 @@
 //! Rate: once a millisecond. No command exceeds a limit here: set points are checked when
 //! they come, and cut again where they leave.
 
+use crate::bar::BarDuty;
 use crate::board::{BoxBoard, COILS, DacCode, SensorCodes};
 use crate::current_loop::{CoilAction, CoilLimits, CoilOrder, CoilReport};
 use rarma_core::cers::{RegulatorConfig, Tuning};
-use rarma_core::guard::{Denial, Mode, Permission, RigCodes, RigCoils, RigLimits};
+use rarma_core::guard::{Denial, Mode, Permission, RigCodes, RigCoils, RigLimits, RigState};
+use rarma_core::ldbb::ValveConfig;
 use rarma_core::settings::{
     CERS_BIAS, CERS_GAP, CERS_GAP_SPAN, CERS_INDUCTANCE, CERS_MOST, CERS_NOMINAL, CERS_OVERSPEED,
     CERS_RAMP, CERS_RESISTANCE, CERS_SPAN, CERS_THERMAL, CERS_TRIP, LDBB_GAUGE_LIMIT,
     LDBB_GAUGE_SPAN, LDBB_LAG, LDBB_MOST, LDBB_PRESSURE_SPAN, LDBB_RATE, LDBB_REST, LDBB_SETTLE,
     LDBB_TOLERANCE, LDBB_VALVE_SPAN, SUPPLY_HIGH, SUPPLY_LOW, SUPPLY_SPAN, Settings,
 };
+use rarma_core::wire::CircleJob;
 
 /// An order of the current loop lasts this long, s: the main side may be late by two
 /// milliseconds, no more.
@@ -114,6 +117,16 @@ impl RigPlan {
         }
     }
 
+    /// What the valve loop may do.
+    fn valve(&self) -> ValveConfig {
+        ValveConfig {
+            rate_pa_s: self.rate_pa_s,
+            lag_s: self.limits.lag_s,
+            most_pa: self.limits.most_pa,
+            ..ValveConfig::default()
+        }
+    }
+
     /// Limits and scales of the watch.
     pub fn limits(&self) -> &RigLimits {
         &self.limits
@@ -121,7 +134,7 @@ impl RigPlan {
 }
 
 /// Set points on their way.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct RigDuty {
     plan: RigPlan,
     /// Working point: A per coil, Pa.
@@ -134,6 +147,8 @@ pub struct RigDuty {
     report: CoilReport,
     last_periods: u32,
     arrived: bool,
+    /// Valve loop and sequence of a circle.
+    pub(crate) bar: BarDuty,
 }
 
 impl RigDuty {
@@ -149,6 +164,7 @@ impl RigDuty {
             report: CoilReport::default(),
             last_periods: 0,
             arrived: true,
+            bar: BarDuty::default(),
         }
     }
 
@@ -166,6 +182,7 @@ impl RigDuty {
         self.now_a = 0.0;
         self.now_pa = 0.0;
         self.arrived = false;
+        self.bar.fall();
     }
 
     /// The current loop is to forget its trip.
@@ -193,7 +210,18 @@ impl RigDuty {
         if !(pa >= 0.0 && pa <= self.plan.limits.most_pa) {
             return Err(Denial::Limit);
         }
+        self.bar.end_test();
         self.wanted_pa = pa;
+        Ok(())
+    }
+
+    /// A test of circles; after it the bar is held at rest.
+    ///
+    /// # Errors
+    /// [`Denial::Limit`].
+    pub fn want_circle(&mut self, job: &CircleJob) -> Result<(), Denial> {
+        self.bar.want(job, &self.plan.limits)?;
+        self.wanted_pa = self.plan.rest_pa;
         Ok(())
     }
 
@@ -225,7 +253,7 @@ impl RigDuty {
         mode: Mode,
         permission: Permission,
         gate: bool,
-        supply_v: f32,
+        state: &RigState,
     ) -> bool {
         let cers = gate && mode == Mode::Cers;
         let ldbb = gate && mode == Mode::Ldbb;
@@ -236,15 +264,19 @@ impl RigDuty {
         } else {
             0.0
         };
-        let pa_ms = 1e-3 * self.plan.rate_pa_s;
-        self.now_pa = if ldbb {
-            toward(self.now_pa, to(self.wanted_pa, ldbb), pa_ms)
+        let mut command_pa = 0.0;
+        let wanted_pa = to(self.wanted_pa, ldbb);
+        if ldbb {
+            let valve = self.plan.valve();
+            (self.now_pa, command_pa) = self.bar.step(&valve, wanted_pa, permission.rise, state);
         } else {
-            0.0
-        };
+            self.now_pa = 0.0;
+            self.bar.fall();
+        }
         self.arrived = match mode {
             Mode::Cers => self.now_a == to(self.wanted_a, cers),
-            Mode::Ldbb => self.now_pa == to(self.wanted_pa, ldbb),
+            // A test moves the set point by itself.
+            Mode::Ldbb => self.now_pa == wanted_pa || self.bar.stage().is_some(),
             Mode::Safe | Mode::Monitor => true,
         };
         let order = CoilOrder {
@@ -256,14 +288,14 @@ impl RigDuty {
                 CoilAction::Off
             },
             target_a: [self.now_a; COILS],
-            per_volt: 1.0 / supply_v.max(LEAST_SUPPLY_V),
+            per_volt: 1.0 / state.supply_v.max(LEAST_SUPPLY_V),
             tuning: self.plan.tuning,
             limits: self.plan.coil_limits,
             clear: core::mem::take(&mut self.clear),
         };
         self.report = board.coils(&order);
         let pa = if ldbb {
-            self.now_pa.clamp(0.0, self.plan.limits.most_pa)
+            command_pa.clamp(0.0, self.plan.limits.most_pa)
         } else {
             0.0
         };

@@ -1,6 +1,7 @@
 //! Frames out, for the whole box: numbers them, hands them over whole, counts what the link
 //! did not take.
 
+use crate::bar::BarDuty;
 use crate::board::BoxBoard;
 use rarma_core::guard::{FaultCode, FaultRecord, Mode, Severity};
 use rarma_core::wire::{FaultMessage, MAX_FRAME, Telemetry, encode};
@@ -50,6 +51,13 @@ impl Teller {
             self.dropped = self.dropped.saturating_add(1);
         }
         sent
+    }
+
+    /// Tells what the ball bar has to say, one message a millisecond.
+    pub fn circles<B: BoxBoard>(&mut self, board: &mut B, bar: &mut BarDuty) {
+        if let Some(news) = bar.news() {
+            self.tell(board, &Telemetry::Circle(news));
+        }
     }
 
     /// Tells of a fault, unless the same one at the same place has just been told, as grave. A

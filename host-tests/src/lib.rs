@@ -12,6 +12,7 @@ pub mod forced;
 pub mod health;
 pub mod hostile;
 pub mod json;
+pub mod ldbb;
 pub mod modal_case;
 pub mod plain;
 pub mod process;

@@ -1,12 +1,14 @@
 //! The command line.
 
 mod els;
+mod ldbb;
 mod sensor_box;
 mod virtual_machine;
 
 pub use els::{
     CutArgs, ElsCommand, ElsFitArgs, ElsHammerArgs, ElsLimitArgs, ElsModelArgs, OutArgs,
 };
+pub use ldbb::{KnownArgs, LdbbAnalyseArgs, LdbbCommand, LdbbCompareArgs, LdbbRunArgs};
 pub use sensor_box::{BoxArgs, ConnectArgs, DecodeArgs};
 pub use virtual_machine::{ChooseOrderArgs, LobesArgs, SimulateArgs, SweepArgs};
 
@@ -56,6 +58,9 @@ pub enum Command {
     /// computational model.
     #[command(subcommand)]
     Els(ElsCommand),
+    /// The loaded double ball bar: machine errors under load, stiffness in every direction.
+    #[command(subcommand)]
+    Ldbb(LdbbCommand),
     /// Run the whole box, its firmware on simulated hardware.
     ///
     /// Exit code 1 if chatter was called or a fault switched outputs off.

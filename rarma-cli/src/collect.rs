@@ -97,6 +97,7 @@ impl Collector {
             | Telemetry::Status(_)
             | Telemetry::Health(_)
             | Telemetry::Raw(_)
+            | Telemetry::Circle(_)
             | Telemetry::Hello(_) => {}
         }
         News::None

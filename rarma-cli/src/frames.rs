@@ -3,7 +3,7 @@
 use crate::speech::shown;
 use rarma_core::guard::{FaultRecord, Severity};
 use rarma_core::settings::find;
-use rarma_core::wire::{Answer, Deframer, FrameError, Telemetry};
+use rarma_core::wire::{Answer, CircleMessage, Deframer, FrameError, Telemetry};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -108,6 +108,8 @@ pub fn words(message: &Telemetry) -> Option<String> {
     Some(match message {
         Telemetry::Started { fs_hz, p, q } => format!("listening at {fs_hz} Hz, ARMA({p},{q})"),
         Telemetry::Verdict(_) | Telemetry::Raw(_) | Telemetry::Amplitude(_) => return None,
+        Telemetry::Circle(CircleMessage::Points(_)) => return None,
+        Telemetry::Circle(circle) => circle_words(circle),
         Telemetry::Alarm(a) => format!(
             "{} at {:.1} Hz, damping {:.2} %",
             if a.on {
@@ -241,5 +243,48 @@ impl RawSamples {
             next = Some(first + samples.len() as u64);
         }
         (out, missing)
+    }
+}
+
+fn circle_words(circle: &CircleMessage) -> String {
+    match circle {
+        CircleMessage::Points(p) => format!("circle {}: {} readings", p.run, p.gauge_m.len()),
+        CircleMessage::Ready {
+            run,
+            cw,
+            rising,
+            pressure_pa,
+        } => format!(
+            "circle {run}: ready at {:.2} bar, {}, on the way {}; start the program",
+            1e-5 * pressure_pa,
+            if *cw { "cw" } else { "ccw" },
+            if *rising { "up" } else { "down" }
+        ),
+        CircleMessage::Done {
+            run,
+            arc_s,
+            pressure_pa,
+            feed_m_s,
+        } => format!(
+            "circle {run}: done in {arc_s:.2} s, {:.3} bar, {:.0} mm/min",
+            1e-5 * pressure_pa,
+            6e4 * feed_m_s
+        ),
+        CircleMessage::Failed { run, why } => format!("circle {run}: ended, {why:?}"),
+        CircleMessage::Stiffness {
+            mean_n_per_m,
+            most,
+            least,
+            sd_n_per_m,
+            ..
+        } => format!(
+            "stiffness {:.2} N/µm on average, {:.2} at {:.0}° to {:.2} ± {:.2} at {:.0}°",
+            1e-6 * mean_n_per_m,
+            1e-6 * least.0,
+            least.1.to_degrees(),
+            1e-6 * most.0,
+            1e-6 * sd_n_per_m,
+            most.1.to_degrees()
+        ),
     }
 }

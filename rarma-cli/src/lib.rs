@@ -18,6 +18,7 @@ pub mod els;
 pub mod failure;
 pub mod frames;
 pub mod input;
+pub mod ldbb;
 pub mod port;
 pub mod record;
 pub mod report;

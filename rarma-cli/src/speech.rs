@@ -2,10 +2,10 @@
 
 use rarma_core::guard::Mode;
 use rarma_core::settings::{Kind, SETTINGS, Setting, SettingValue};
-use rarma_core::wire::Command;
+use rarma_core::wire::{CircleJob, Command, JOB_PRESSURES};
 
 /// What can be said.
-pub const WORDS: &str = "identify | status | start safe|monitor|cers|ldbb | stop | arm | clear | stream SECONDS | pressure PA | current A | read NAME | set NAME VALUE | save NAME | reset NAME";
+pub const WORDS: &str = "identify | status | start safe|monitor|cers|ldbb | stop | arm | clear | stream SECONDS | pressure PA | current A | circle MM_PER_MIN BAR,BAR,… [both] [down] | read NAME | set NAME VALUE | save NAME | reset NAME";
 
 /// A line to a command.
 ///
@@ -37,6 +37,7 @@ pub fn command(line: &str) -> Result<Command, String> {
         },
         ["pressure", pa] => Command::Pressure { pa: number(pa)? },
         ["current", a] => Command::Current { a: number(a)? },
+        ["circle", feed, bars, ref ways @ ..] => circle(number(feed)?, bars, ways)?,
         ["read", name] => Command::Read {
             setting: setting(name)?.number,
         },
@@ -55,6 +56,38 @@ pub fn command(line: &str) -> Result<Command, String> {
         }
         _ => return Err(format!("`{}` is no command ({WORDS})", line.trim())),
     })
+}
+
+/// `circle FEED BARS [both] [down]`: feed in mm/min, pressures in bar.
+fn circle(feed_mm_min: f32, bars: &str, ways: &[&str]) -> Result<Command, String> {
+    let mut pressures_pa = [0.0; JOB_PRESSURES];
+    let given: Vec<&str> = bars.split(',').collect();
+    if given.len() > JOB_PRESSURES {
+        return Err(format!(
+            "{} pressures, there is room for {JOB_PRESSURES}",
+            given.len()
+        ));
+    }
+    for (place, bar) in pressures_pa.iter_mut().zip(given) {
+        let bar: f32 = bar
+            .parse()
+            .map_err(|_| format!("`{bar}` is not a number"))?;
+        *place = 1e5 * bar;
+    }
+    if let Some(word) = ways.iter().find(|w| !["both", "down"].contains(w)) {
+        return Err(format!("`{word}` is neither both nor down"));
+    }
+    let job = CircleJob {
+        pressures_pa,
+        feed_m_s: feed_mm_min / 6e4,
+        radius_m: 0.15,
+        both: ways.contains(&"both"),
+        down: ways.contains(&"down"),
+    };
+    if job.procedure().is_none() {
+        return Err("the pressures must rise and the feed be above 0".to_owned());
+    }
+    Ok(Command::Circle(job))
 }
 
 /// The setting of a name.

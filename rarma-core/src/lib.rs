@@ -9,6 +9,7 @@ pub mod decide;
 pub mod els;
 pub mod estimate;
 pub mod guard;
+pub mod ldbb;
 pub mod monitor;
 mod order;
 pub mod real;

@@ -19,12 +19,17 @@ mod target {
 
     use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS, exit};
     use cortex_m_semihosting::{hprintln, nr, syscall};
+    use firmware::bar::BarDuty;
     use rarma_core::condition::{
         Band, SpeedFinder, SpeedFinderConfig, SpindleLines, SpindleLinesConfig,
     };
     use rarma_core::estimate::{RarmaConfig, RecursiveArma};
+    use rarma_core::guard::RigState;
+    use rarma_core::ldbb::ValveConfig;
     use rarma_core::monitor::{Monitor, MonitorConfig};
+    use rarma_core::settings::Settings;
     use rarma_core::spectrum::{FactorTracker, modal};
+    use rarma_core::wire::CircleJob;
     use {cortex_m as _, defmt_semihosting as _};
 
     /// Samples each kernel is given.
@@ -209,10 +214,46 @@ mod target {
         };
     }
 
+    /// One millisecond of the ball bar during a capture: valve loop, sequence, readings.
+    struct Bar(BarDuty, ValveConfig, RigState);
+
+    impl Kernel for Bar {
+        const NAME: &'static str = "ball bar, capture";
+        fn new() -> Self {
+            let mut bar = BarDuty::default();
+            let job = CircleJob {
+                pressures_pa: [4e4, 1e5, 2e5, 0.0, 0.0, 0.0, 0.0, 0.0],
+                feed_m_s: 1.0 / 60.0,
+                radius_m: 0.15,
+                both: true,
+                down: false,
+            };
+            let limits = firmware::rig::limits(&Settings::default());
+            let _ = bar.want(&job, &limits);
+            let mut this = Self(bar, ValveConfig::default(), RigState::default());
+            this.2.pressure_pa = 4e4;
+            // Outside the circle until the pressure has settled, then in.
+            this.2.gauge_m = 5e-4;
+            for _ in 0..5000 {
+                this.step(0.0);
+            }
+            this.2.gauge_m = 0.0;
+            this
+        }
+        fn step(&mut self, y: f32) -> f32 {
+            self.2.gauge_m += 1e-9 * y;
+            self.2.gauge_m *= 0.9;
+            let (_, command) = self.0.step(&self.1, 4e4, true, &self.2);
+            // What there is to say is taken, as the slow duty does.
+            let said = self.0.news().is_some();
+            command + f32::from(u8::from(said))
+        }
+    }
+
     kernels![
         Nop, Update21, Update22, Update43, Update44, Update65, Update66, Update87, Update88,
         Roots21, Roots22, Roots43, Roots44, Roots65, Roots66, Roots87, Roots88, Chain21, Chain22,
-        Chain43, Chain44, Chain65, Chain66, Chain87, Chain88, Lines, Finder,
+        Chain43, Chain44, Chain65, Chain66, Chain87, Chain88, Lines, Finder, Bar,
     ];
 
     /// Counting starts when this executes.

@@ -28,9 +28,7 @@ impl SensorBox {
         let permission = self.supervise(board, now_us);
         let gate = self.gate(board, permission.gate, now_us);
         let mode = self.supervisor.mode();
-        let valve = self
-            .rig
-            .step(board, mode, permission, gate, self.state.supply_v);
+        let valve = self.rig.step(board, mode, permission, gate, &self.state);
         if !valve {
             self.fault(board, FaultCode::Valve, 0, 0.0, now_us);
         }
@@ -43,6 +41,7 @@ impl SensorBox {
             self.check_ins.here(Duty::Loop, now_us);
         }
         self.tacho(board, now_us);
+        self.tell.circles(board, &mut self.rig.bar);
         let words = board.unreadable_words();
         if words > 0 {
             self.fault(board, FaultCode::FlashUnreadable, 0, words as f32, now_us);

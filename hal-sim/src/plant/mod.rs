@@ -11,6 +11,7 @@
 //!   their way;
 //! * [`stability`] limits in closed form, [`growth`] limits from the simulation,
 //!   [`delay`] limits and operational damping by semi-discretisation;
+//! * [`ldbb`] a machine under a loaded ball bar, and the bar's air;
 //! * [`els`] tool, holder and spindle as beams, joints and bearings, the elastic link;
 //! * [`surface`] what the cut leaves on the workpiece;
 //! * [`resample`], [`sound`] and [`converter`] what a microphone makes of it,
@@ -24,6 +25,7 @@ pub mod delay;
 pub mod els;
 pub mod error;
 pub mod growth;
+pub mod ldbb;
 mod linalg;
 pub mod milling;
 mod milling_config;

@@ -4,6 +4,7 @@
 //! Time goes on in periods of the current loop, 25 µs, and only in
 //! [`wait`](firmware::BoxBoard::wait): what a pass of the main loop does takes none.
 
+mod bar;
 mod board;
 mod bridge;
 mod fault;

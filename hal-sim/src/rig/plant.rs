@@ -2,10 +2,12 @@
 //! gauge, a supply. Simple on purpose: enough for every protection to have something to
 //! protect.
 
+use crate::plant::ldbb::Bench;
 use rand::Rng;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use rarma_core::ldbb::ForceLaw;
 
 /// Coils and gaps.
 pub const COILS: usize = 4;
@@ -100,6 +102,9 @@ pub struct Plant {
     regulator_pa: f64,
     line: std::collections::VecDeque<f64>,
     time_s: f64,
+    /// The machine under the bar; none: its circle is some µm, whatever the pressure.
+    pub bar: Option<Bench>,
+    bar_gauge_m: f64,
 }
 
 impl Plant {
@@ -114,6 +119,8 @@ impl Plant {
             regulator_pa: 0.0,
             line: std::collections::VecDeque::new(),
             time_s: 0.0,
+            bar: None,
+            bar_gauge_m: 0.0,
         }
     }
 
@@ -184,6 +191,10 @@ impl Plant {
             }
         };
         self.pressure_pa += DT_S / (lag + DT_S) * (goal - self.pressure_pa);
+        if let Some(bar) = &mut self.bar {
+            let force_n = ForceLaw::standard().force_n(self.pressure_pa).max(0.0);
+            self.bar_gauge_m = bar.step_at_force(DT_S, force_n);
+        }
         if let Some((axis, speed)) = spoilt.closing
             && let Some(closed) = self.closed_m.get_mut(axis)
         {
@@ -218,7 +229,10 @@ impl Plant {
 
     /// Code of the gauge: the machine's circle is off by some µm.
     pub fn gauge_code(&mut self, spoilt: &Spoilt) -> u16 {
-        let circle = 8e-6 * (core::f64::consts::TAU * 0.03 * self.time_s).sin();
+        let circle = match self.bar {
+            Some(_) => self.bar_gauge_m,
+            None => 8e-6 * (core::f64::consts::TAU * 0.03 * self.time_s).sin(),
+        };
         self.code(0.5 + (circle + spoilt.gauge_m) / 2.4e-3)
     }
 

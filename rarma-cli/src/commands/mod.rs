@@ -8,6 +8,7 @@ mod demo;
 mod els;
 mod estimators;
 mod identify;
+mod ldbb;
 mod lines;
 mod lobes;
 mod monitor;
@@ -50,6 +51,7 @@ pub fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::ChooseOrder(args) => choose_order::main(args),
         Command::Sweep(args) => sweep::main(args),
         Command::Els(command) => els::main(command),
+        Command::Ldbb(command) => ldbb::main(command),
         Command::Box(args) => sensor_box::main(args),
         Command::Decode(args) => decode::main(args),
         Command::Connect(args) => connect::main(args),

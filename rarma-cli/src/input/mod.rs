@@ -12,6 +12,8 @@
 //! | `.f32`, `.f64` | little-endian floats, one channel | [`ReadOptions::fs`] |
 //! | `.frames` | record of a box with raw samples | the record, or [`ReadOptions::fs`] |
 
+mod circle;
+mod circle_write;
 mod error;
 mod frames;
 mod health;
@@ -23,6 +25,8 @@ mod table;
 mod time;
 mod wav;
 
+pub use circle::{Circles, read_circles};
+pub use circle_write::circle_file;
 pub use error::{InputError, Problem};
 pub use health::check;
 pub use load_steps::read_load_steps;

@@ -6,6 +6,8 @@
 mod at_work;
 mod els;
 mod els_parts;
+mod ldbb;
+mod ldbb_parts;
 mod listen;
 mod process;
 mod reader;
@@ -15,6 +17,7 @@ mod value;
 
 pub use at_work::{AtWork, BOX_SHIPPED, box_schema, load_box, parse_box};
 pub use els::{ElsScenario, SHIPPED_ELS, els_schema, load_els, parse_els};
+pub use ldbb::{LdbbScenario, SHIPPED_LDBB, ldbb_schema, load_ldbb, parse_ldbb};
 pub use listen::BoxHints;
 
 use crate::failure::Failure;

@@ -7,6 +7,7 @@
 
 use crate::guard::{Denial, FaultRecord, Mode, Severity, Stage};
 use crate::settings::{SettingError, SettingValue};
+use crate::wire::circle::CircleJob;
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
@@ -64,6 +65,8 @@ pub enum Command {
     },
     /// Send a status message now.
     Status,
+    /// A whole test of LDBB under way: pressures, circles, findings.
+    Circle(CircleJob),
 }
 
 /// The answer to a command.

@@ -6,6 +6,7 @@ use crate::monitor::{
     AmplitudeReport, MAX_MODES, MonitorConfig, Report, SpeedSource, SpindleReport,
 };
 use crate::real::Real;
+use crate::wire::circle::CircleMessage;
 use crate::wire::command::{FaultMessage, Health, Identity, Raw, Reply, Status};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -57,6 +58,8 @@ pub enum Telemetry {
     Raw(Raw),
     /// The box has just started: who it is, and why it started.
     Hello(Identity),
+    /// A circle under load.
+    Circle(CircleMessage),
 }
 
 /// The verdict at one instant.

@@ -1,9 +1,13 @@
 //! Telemetry and jobs: the types both ends of a link share, and their frames.
 
+mod circle;
 mod command;
 mod frame;
 mod message;
 
+pub use circle::{
+    CIRCLE_POINTS, CIRCLE_RATE_HZ, CircleJob, CircleMessage, CirclePoints, JOB_PRESSURES, PAUSE_S,
+};
 pub use command::{
     Answer, Command, FaultMessage, Health, Identity, RAW_SAMPLES, Raw, Refused, Reply,
     SettingMessage, Started, Status,

@@ -4,7 +4,7 @@ mod fit;
 mod hammer;
 mod limit;
 mod model;
-mod pictures;
+pub(super) mod pictures;
 
 use crate::args::{ElsCommand, OutArgs};
 use crate::els::diagram::{Diagram, Direction};
@@ -24,7 +24,7 @@ pub(super) fn main(command: &ElsCommand) -> Result<u8, Failure> {
 }
 
 /// Writes the page and the JSON that were asked for; true if the words are wanted too.
-fn out(
+pub(super) fn out(
     args: &OutArgs,
     title: &str,
     name: &str,
@@ -59,7 +59,7 @@ fn write(path: &Path, text: &str) -> Result<(), Failure> {
 }
 
 /// What odd input is told about, on standard error.
-fn notices(all: &[String]) {
+pub(super) fn notices(all: &[String]) {
     for notice in all {
         eprintln!("rarma: note: {notice}");
     }

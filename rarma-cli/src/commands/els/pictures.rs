@@ -7,7 +7,7 @@ use crate::report::polar::{Polar, PolarSeries};
 use rarma_core::els::Complex;
 
 /// A round number at or above a value, for the end of an axis.
-fn above(value: f64) -> f64 {
+pub(in crate::commands) fn above(value: f64) -> f64 {
     if !(value > 0.0 && value.is_finite()) {
         return 1.0;
     }

@@ -87,6 +87,20 @@ impl<T: Real, const N: usize> Triangle<T, N> {
         out.iter().all(|x| x.is_finite()).then_some(out)
     }
 
+    /// The same equations in the first n unknowns only; what the others explained is
+    /// residual then.
+    pub fn leading(&self, n: usize) -> Self {
+        Self {
+            n: n.min(self.n),
+            ..*self
+        }
+    }
+
+    /// By how much unknown i, added to those before it, lowers the sum of squares.
+    pub fn explained_by(&self, i: usize) -> T {
+        self.z.get(i).map_or(T::ZERO, |z| *z * *z)
+    }
+
     /// R⁻¹·u.
     pub fn back_substitute(&self, u: &[T; N]) -> Option<[T; N]> {
         Self { z: *u, ..*self }.solve()

@@ -1,0 +1,243 @@
+//! The ball bar duty: pressure loop, sequence of a circle, readings, stiffness on the box.
+//!
+//! Rate: once a millisecond, from the output duty ([`crate::rig`]). What it has to say
+//! waits until the slow duty fetches it ([`BarDuty::news`]).
+
+use heapless::Deque;
+use rarma_core::guard::{Denial, RigLimits, RigState};
+use rarma_core::ldbb::{
+    Event, ForceLaw, Procedure, RunDone, Seen, Sense, Stage, StiffnessMap, Trace, ValveConfig,
+    ValveLoop,
+};
+use rarma_core::wire::{CIRCLE_POINTS, CircleJob, CircleMessage, CirclePoints};
+
+/// Directions the box keeps: 2° each.
+pub const BINS: usize = 180;
+/// Milliseconds in a reading that is sent.
+const POINT_MS: u16 = 10;
+/// Messages that wait: more than come in one millisecond.
+const WAITING: usize = 4;
+
+/// See the module.
+#[derive(Debug)]
+pub struct BarDuty {
+    valve: ValveLoop,
+    settled: bool,
+    procedure: Option<Procedure>,
+    /// The other direction at this force, until both are there.
+    half: Option<Trace<f32, BINS>>,
+    both: bool,
+    map: StiffnessMap<f32, BINS>,
+    points: CirclePoints,
+    sums: (f32, f32),
+    in_point: u16,
+    news: Deque<CircleMessage, WAITING>,
+}
+
+impl Default for BarDuty {
+    fn default() -> Self {
+        Self {
+            valve: ValveLoop::default(),
+            settled: false,
+            procedure: None,
+            half: None,
+            both: false,
+            map: StiffnessMap::default(),
+            points: CirclePoints::default(),
+            sums: (0.0, 0.0),
+            in_point: 0,
+            news: Deque::new(),
+        }
+    }
+}
+
+impl BarDuty {
+    /// The valve is vented; a test that was under way is over.
+    pub fn fall(&mut self) {
+        self.valve.reset();
+        self.settled = false;
+        self.procedure = None;
+    }
+
+    /// A set point by hand, or a stop, ends a test.
+    pub fn end_test(&mut self) {
+        self.procedure = None;
+    }
+
+    /// A test is wanted.
+    ///
+    /// # Errors
+    /// [`Denial::Limit`]: a pressure is beyond the setting, or the job's numbers do not
+    /// fit together.
+    pub fn want(&mut self, job: &CircleJob, limits: &RigLimits) -> Result<(), Denial> {
+        let within = job.pressures_pa.iter().all(|p| *p <= limits.most_pa);
+        let (config, schedule) = job.procedure().filter(|_| within).ok_or(Denial::Limit)?;
+        self.procedure = Some(Procedure::new(config, schedule).ok_or(Denial::Limit)?);
+        self.map = StiffnessMap::default();
+        self.half = None;
+        self.both = job.both;
+        self.news.clear();
+        Ok(())
+    }
+
+    /// Where the test is; none without one.
+    pub fn stage(&self) -> Option<Stage> {
+        self.procedure.as_ref().map(Procedure::stage)
+    }
+
+    /// What there is to say, the oldest first.
+    pub fn news(&mut self) -> Option<CircleMessage> {
+        self.news.pop_front()
+    }
+
+    /// One millisecond while outputs are on: `set_pa` is what the working point by hand asks
+    /// for, `at_work` whether set points may be other than that. Gives reference and command,
+    /// Pa.
+    pub fn step(
+        &mut self,
+        c: &ValveConfig,
+        set_pa: f32,
+        at_work: bool,
+        state: &RigState,
+    ) -> (f32, f32) {
+        let (mut set_pa, mut dither) = (set_pa, false);
+        if !at_work {
+            self.procedure = None;
+        }
+        if let Some(mut procedure) = self.procedure.take() {
+            self.test(&mut procedure, state);
+            let asked = procedure.asked();
+            (set_pa, dither) = (asked.pressure_pa.min(c.most_pa), asked.dither);
+            self.procedure = Some(procedure);
+        }
+        let out = self.valve.step(c, 1e-3, set_pa, state.pressure_pa, dither);
+        self.settled = out.settled;
+        (out.reference_pa, out.command_pa)
+    }
+
+    fn test(&mut self, procedure: &mut Procedure, state: &RigState) {
+        let seen = Seen {
+            gauge_m: state.gauge_m,
+            pressure_pa: state.pressure_pa,
+            settled: self.settled,
+        };
+        let run = procedure.run().map_or(0, |r| r.number);
+        let event = procedure.step(&seen);
+        if let Some(run_s) = procedure.run_s() {
+            self.point(run, run_s - procedure.config().lead_s, &seen);
+        }
+        match event {
+            None => {}
+            Some(Event::Ready(next)) => {
+                self.in_point = 0;
+                self.points.gauge_m.clear();
+                self.say(CircleMessage::Ready {
+                    run: next.number,
+                    cw: next.sense == Sense::Cw,
+                    rising: next.rising,
+                    pressure_pa: next.pressure_pa,
+                });
+            }
+            Some(Event::Done(done)) => {
+                self.flush();
+                self.done(procedure, &done);
+            }
+            Some(Event::Failed(why)) => {
+                self.flush();
+                self.say(CircleMessage::Failed { run, why });
+            }
+        }
+    }
+
+    /// A reading of a millisecond.
+    fn point(&mut self, run: u16, arc_s: f32, seen: &Seen) {
+        if self.in_point == 0 {
+            self.sums = (0.0, 0.0);
+            if self.points.gauge_m.is_empty() {
+                self.points.run = run;
+                // Middle of ten milliseconds.
+                self.points.first_ms = (1e3 * arc_s) as i32 + i32::from(POINT_MS) / 2;
+                self.points.pressure_pa = 0.0;
+            }
+        }
+        self.sums.0 += seen.gauge_m;
+        self.sums.1 += seen.pressure_pa;
+        self.in_point += 1;
+        if self.in_point < POINT_MS {
+            return;
+        }
+        self.in_point = 0;
+        let per = 1.0 / f32::from(POINT_MS);
+        // There is room: a full message has been sent.
+        let _ = self.points.gauge_m.push(self.sums.0 * per);
+        let n = self.points.gauge_m.len() as f32;
+        self.points.pressure_pa += (self.sums.1 * per - self.points.pressure_pa) / n;
+        if self.points.gauge_m.len() == CIRCLE_POINTS {
+            self.flush();
+        }
+    }
+
+    fn flush(&mut self) {
+        if !self.points.gauge_m.is_empty() {
+            let points = core::mem::take(&mut self.points);
+            self.say(CircleMessage::Points(points));
+        }
+        self.in_point = 0;
+    }
+
+    fn done(&mut self, procedure: &Procedure, done: &RunDone) {
+        self.say(CircleMessage::Done {
+            run: done.run.number,
+            arc_s: done.map.to_s - done.map.from_s,
+            pressure_pa: done.pressure_pa,
+            feed_m_s: done.feed_m_s,
+        });
+        if done.run.rising {
+            let trace: Trace<f32, BINS> = procedure.trace(done);
+            let force_n = ForceLaw::standard().force_n(done.pressure_pa);
+            match (self.both, self.half.take()) {
+                (true, None) => self.half = Some(trace),
+                (_, other) => {
+                    let mean = other.map_or(trace, |o| o.averaged(&trace));
+                    // A force that is not finite would be a pressure that is not: checked.
+                    let _ = self.map.add(&mean, force_n);
+                }
+            }
+        }
+        if procedure.stage() == Stage::Finished
+            && let Some(found) = self.stiffness()
+        {
+            self.say(found);
+        }
+    }
+
+    fn stiffness(&self) -> Option<CircleMessage> {
+        let scatter_m = self.map.scatter_m(false).ok()?;
+        let mut all = self.map.directions(0.0).ok()?;
+        let first = all.next()?;
+        let (mut most, mut least, mut sum, mut n) = (first, first, 0.0, 0.0);
+        for d in core::iter::once(first).chain(all) {
+            let k = d.stiffness_n_per_m.value;
+            if k > most.stiffness_n_per_m.value {
+                most = d;
+            }
+            if k < least.stiffness_n_per_m.value {
+                least = d;
+            }
+            sum += k;
+            n += 1.0;
+        }
+        Some(CircleMessage::Stiffness {
+            mean_n_per_m: sum / n,
+            most: (most.stiffness_n_per_m.value, most.angle_rad),
+            least: (least.stiffness_n_per_m.value, least.angle_rad),
+            sd_n_per_m: most.stiffness_n_per_m.sd,
+            scatter_m,
+        })
+    }
+
+    /// What finds no room is lost: the host sees it in the numbers of the readings.
+    fn say(&mut self, message: CircleMessage) {
+        let _ = self.news.push_back(message);
+    }
+}

@@ -1,0 +1,354 @@
+//! Promise: a whole circle test runs through the firmware on simulated hardware, and what goes
+//! wrong during a capture leaves the bar vented or held.
+//!
+//! `cargo test --release -p host-tests --test ldbb_box -- --nocapture`
+
+use hal_sim::plant::ldbb::drive::program;
+use hal_sim::plant::ldbb::{BenchConfig, MotionFault};
+use hal_sim::rig::{FaultEvent, FaultKind, RigSetUp, SimBox, SimRig};
+use host_tests::ldbb::m3;
+use host_tests::rig::{answer, quiet};
+use rarma_cli::ldbb::{Options, RunData, evaluate};
+use rarma_core::guard::{Denial, FaultCode, Mode, Severity, Stage};
+use rarma_core::ldbb::{AngleMap, ForceLaw, RunFault, Sense};
+use rarma_core::wire::{
+    Answer, CIRCLE_RATE_HZ, CircleJob, CircleMessage, Command, Refused, Telemetry,
+};
+
+const FEED_M_S: f32 = 2000.0 / 6e4;
+
+fn job(bars: &[f32], both: bool, down: bool) -> CircleJob {
+    let mut pressures_pa = [0.0; 8];
+    for (p, bar) in pressures_pa.iter_mut().zip(bars) {
+        *p = 1e5 * bar;
+    }
+    CircleJob {
+        pressures_pa,
+        feed_m_s: FEED_M_S,
+        radius_m: 0.15,
+        both,
+        down,
+    }
+}
+
+/// What the box told of a test.
+#[derive(Debug, Default)]
+struct Told {
+    runs: Vec<RunData>,
+    failed: Option<(u16, RunFault)>,
+    stiffness: Option<CircleMessage>,
+    faults: Vec<(FaultCode, Severity)>,
+    world_s: f64,
+}
+
+/// A box with a machine under its bar, at its working point.
+fn ready(bench: BenchConfig, faults: Vec<FaultEvent>) -> SimBox {
+    let set_up = RigSetUp {
+        faults,
+        ..RigSetUp::default()
+    };
+    let mut rig = SimRig::new(set_up, quiet(1));
+    let mut bench = bench;
+    // The box's converter has noise and steps of its own.
+    bench.gauge.noise_m = 0.2e-6;
+    bench.gauge.step_m = 0.0;
+    rig.set_bar(bench);
+    let mut all = SimBox::new(rig);
+    all.run_to(100_000);
+    all.send(&Command::Start(Mode::Ldbb));
+    all.run_to(200_000);
+    all.send(&Command::Arm);
+    all.run_to(1_500_000);
+    assert_eq!(all.app.supervisor().stage(), Stage::Ready);
+    all
+}
+
+/// Runs a test to its end; the operator starts the machine 0.3 s after the box is ready.
+fn run(all: &mut SimBox, job: &CircleJob, motion: Option<(u16, MotionFault)>) -> Told {
+    let (config, _) = job.procedure().expect("a sound job");
+    let bar = all.rig.bar_mut().expect("a machine");
+    bar.prepare(&program(&config, Sense::Ccw));
+    let to = all.send(&Command::Circle(*job));
+    all.run_for(0.1);
+    assert_eq!(answer(all, to), Some(Answer::Done));
+    let mut told = Told::default();
+    let (mut start, mut ready, mut readings) = (None, None, Vec::new());
+    let begun_us = all.rig.world_us();
+    let mut over_us = None;
+    while over_us.is_none_or(|us| all.rig.world_us() < us) {
+        all.step();
+        for heard in std::mem::take(&mut all.host.heard) {
+            match heard.message {
+                Telemetry::Circle(CircleMessage::Ready {
+                    run, cw, rising, ..
+                }) => {
+                    start = Some(heard.at_us + 300_000);
+                    ready = Some((run, cw, rising));
+                }
+                Telemetry::Circle(CircleMessage::Points(p)) => {
+                    for (k, gauge_m) in p.gauge_m.iter().enumerate() {
+                        let ms = f64::from(p.first_ms) + 1e3 / f64::from(CIRCLE_RATE_HZ) * k as f64;
+                        readings.push((1e-3 * ms, f64::from(*gauge_m)));
+                    }
+                }
+                Telemetry::Circle(CircleMessage::Done {
+                    run,
+                    arc_s,
+                    pressure_pa,
+                    ..
+                }) => {
+                    let (number, cw, rising) = ready.expect("it was ready");
+                    assert_eq!(number, run);
+                    let readings = std::mem::take(&mut readings);
+                    told.runs.push(captured(
+                        &config,
+                        run,
+                        cw,
+                        rising,
+                        arc_s,
+                        pressure_pa,
+                        &readings,
+                    ));
+                }
+                Telemetry::Circle(CircleMessage::Failed { run, why }) => {
+                    told.failed = Some((run, why));
+                    over_us = over_us.or(Some(all.rig.world_us() + 2_000_000));
+                }
+                Telemetry::Circle(found @ CircleMessage::Stiffness { .. }) => {
+                    told.stiffness = Some(found);
+                    over_us = over_us.or(Some(all.rig.world_us() + 2_000_000));
+                }
+                Telemetry::Fault(f) => {
+                    told.faults.push((f.record.code, f.severity));
+                    if f.severity == Severity::Trip {
+                        over_us = over_us.or(Some(all.rig.world_us() + 2_000_000));
+                    }
+                }
+                _ => {}
+            }
+        }
+        if start.is_some_and(|us| all.rig.world_us() >= us) {
+            start = None;
+            let (number, cw, _) = ready.expect("it was ready");
+            let sense = if cw { Sense::Cw } else { Sense::Ccw };
+            let fault = motion.filter(|(run, _)| *run == number).map(|(_, f)| f);
+            let bar = all.rig.bar_mut().expect("a machine");
+            bar.start(program(&config, sense), fault);
+        }
+        assert!(all.rig.world_us() - begun_us < 2_000_000_000, "no end");
+    }
+    told.world_s = 1e-6 * (all.rig.world_us() - begun_us) as f64;
+    told
+}
+
+fn captured(
+    config: &rarma_core::ldbb::ProcedureConfig,
+    run: u16,
+    cw: bool,
+    rising: bool,
+    arc_s: f32,
+    pressure_pa: f32,
+    readings: &[(f64, f64)],
+) -> RunData {
+    let (from, sweep) = (f64::from(config.start_rad), f64::from(config.sweep_rad));
+    let map = AngleMap {
+        start_rad: if cw { from + sweep } else { from },
+        sweep_rad: sweep,
+        sense: if cw { Sense::Cw } else { Sense::Ccw },
+        from_s: 0.0,
+        to_s: f64::from(arc_s),
+    };
+    let overshoot = f64::from(config.overshoot_rad);
+    RunData {
+        number: u32::from(run),
+        sense: map.sense,
+        rising,
+        pressure_pa: f64::from(pressure_pa),
+        force_n: ForceLaw::standard().force_n(f64::from(pressure_pa)),
+        points: readings
+            .iter()
+            .filter_map(|(t, r)| Some((map.captured(*t, overshoot)?, *r)))
+            .collect(),
+    }
+}
+
+#[test]
+fn eight_pressures_in_both_directions() {
+    let mut all = ready(m3(), Vec::new());
+    let job = job(&[0.4, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0], true, false);
+    let told = run(&mut all, &job, None);
+    assert_eq!((told.failed, told.runs.len()), (None, 16));
+    assert!(told.faults.is_empty(), "{:?}", told.faults);
+    let options = Options {
+        feed_m_s: f64::from(FEED_M_S),
+        ..Options::default()
+    };
+    let f = evaluate(&told.runs, &[], &options).expect("a whole test");
+    let s = f.stiffness.expect("eight forces");
+    let truth = m3().machine.stiffness_n_per_m;
+    let worst = s.rays.iter().fold(0.0, |m: f64, r| {
+        let k = 1e-6 * truth.at(r.angle_deg.to_radians());
+        m.max((r.n_per_um / k - 1.0).abs())
+    });
+    println!(
+        "{:.0} s of the world; host: {:.2} N/µm at {:.1}° to {:.2} at {:.1}°, worst direction {:.2} %",
+        told.world_s,
+        s.least.n_per_um,
+        s.least.angle_deg,
+        s.most.n_per_um,
+        s.most.angle_deg,
+        100.0 * worst
+    );
+    assert!(worst < 0.01 && worst > 1e-4);
+    assert!((s.most.angle_deg - 120.2).abs() < 3.0 && (s.least.angle_deg - 207.0).abs() < 3.0);
+    let Some(CircleMessage::Stiffness {
+        mean_n_per_m,
+        most,
+        least,
+        sd_n_per_m,
+        ..
+    }) = told.stiffness
+    else {
+        panic!("the box says nothing")
+    };
+    println!(
+        "box, 2° raw: mean {:.2}, {:.2} at {:.0}° to {:.2} ± {:.3} at {:.0}°",
+        1e-6 * mean_n_per_m,
+        1e-6 * least.0,
+        least.1.to_degrees(),
+        1e-6 * most.0,
+        1e-6 * sd_n_per_m,
+        most.1.to_degrees()
+    );
+    assert!((mean_n_per_m / 11.8e6 - 1.0).abs() < 0.01);
+    assert!((most.0 / 13.4e6 - 1.0).abs() < 0.02 && (least.0 / 10.3e6 - 1.0).abs() < 0.02);
+    let bytes = size_of::<firmware::SensorBox>();
+    let bar = size_of::<firmware::bar::BarDuty>();
+    println!("the application's state: {bytes} bytes, of them the ball bar's {bar} (64-bit host)");
+    assert!(bar < 24 * 1024 && bar > 4 * 1024, "{bar}");
+}
+
+/// Air, gauge, sensors and stops during a capture: what the table says, within its time.
+#[test]
+fn faults_during_capture() {
+    use FaultKind as K;
+    let cases = [
+        (K::PressureLost, FaultCode::PressureSensorLost),
+        (K::PressureHigh, FaultCode::PressureHigh),
+        (K::GaugeLost, FaultCode::GaugeLost),
+        (K::GaugeRange, FaultCode::GaugeRange),
+        (K::ValveRefuses, FaultCode::Valve),
+        (K::SensorsDead, FaultCode::SensorsLost),
+        (K::SupplyLow, FaultCode::SupplyLow),
+        (K::EmergencyStop, FaultCode::EmergencyStop),
+        (K::EnableLost, FaultCode::EnableLost),
+        (K::HeartbeatLost, FaultCode::HeartbeatLost),
+    ];
+    for (kind, code) in cases {
+        // The first run's capture is from about 6 to 35 s.
+        let event = FaultEvent {
+            kind,
+            place: 0,
+            from_us: 20_000_000,
+            to_us: u64::MAX,
+        };
+        let mut all = ready(m3(), vec![event]);
+        let told = run(&mut all, &job(&[2.0, 4.0, 6.0], true, false), None);
+        let trip = told.faults.iter().find(|f| f.1 == Severity::Trip);
+        let pa = all.rig.plant().pressure_pa;
+        println!(
+            "{:20} {:?} {:?}, {:.3} bar after 2 s",
+            kind.name(),
+            trip,
+            told.failed,
+            1e-5 * pa
+        );
+        assert_eq!(trip.map(|f| f.0), Some(code), "{kind:?} {:?}", told.faults);
+        assert!(!all.rig.outputs_on() && pa < 1e4, "{kind:?}: {pa} Pa");
+        assert_eq!(all.app.supervisor().stage(), Stage::Faulted);
+        assert!(told.runs.is_empty() && told.stiffness.is_none());
+    }
+}
+
+/// A leak ends the run at once: the bar is held at the lowest pressure, which the outer loop
+/// still reaches. A stuck regulator shows when the next pressure is due.
+#[test]
+fn leak_and_stuck_valve() {
+    let with = |kind| {
+        let event = FaultEvent {
+            kind,
+            place: 0,
+            from_us: 20_000_000,
+            to_us: u64::MAX,
+        };
+        let mut all = ready(m3(), vec![event]);
+        let told = run(&mut all, &job(&[2.0, 4.0, 6.0], false, false), None);
+        let pa = all.rig.plant().pressure_pa;
+        (told, pa, all.app.supervisor().stage())
+    };
+    let (leak, pa, stage) = with(FaultKind::PressureLeak);
+    println!(
+        "leak: {:?} {:?}, {:.3} bar, {stage:?}",
+        leak.failed,
+        leak.faults,
+        1e-5 * pa
+    );
+    assert!(matches!(leak.failed, Some((0, RunFault::PressureMoved(_)))));
+    assert!((3.6e4..4.2e4).contains(&pa) || (stage == Stage::Faulted && pa < 1e4));
+    let (stuck, pa, stage) = with(FaultKind::ValveStuck);
+    println!(
+        "stuck: {:?} {:?}, {:.3} bar",
+        stuck.failed,
+        stuck.faults,
+        1e-5 * pa
+    );
+    assert_eq!(stuck.runs.len(), 1);
+    assert_eq!(stuck.faults, [(FaultCode::ValveStuck, Severity::Trip)]);
+    assert!(stage == Stage::Faulted && pa < 1e4);
+}
+
+/// Triggers, direction, feed: the test ends, the bar stays held, the box stays armed.
+#[test]
+fn motion_faults_leave_the_bar_held() {
+    for (fault, want) in [
+        (MotionFault::NoEnd, RunFault::NoOffTrigger),
+        (MotionFault::Reversed, RunFault::WrongDirection),
+    ] {
+        let mut all = ready(m3(), Vec::new());
+        let told = run(
+            &mut all,
+            &job(&[1.0, 2.0, 3.0], true, false),
+            Some((1, fault)),
+        );
+        let pa = all.rig.plant().pressure_pa;
+        println!("{fault:?}: {:?}, {:.3} bar", told.failed, 1e-5 * pa);
+        assert_eq!(told.failed, Some((1, want)));
+        assert!((3.8e4..4.2e4).contains(&pa), "{pa}");
+        assert_eq!(all.app.supervisor().stage(), Stage::Ready);
+        assert!(told.faults.is_empty() && told.runs.len() == 1);
+    }
+}
+
+#[test]
+fn jobs_that_are_refused() {
+    let mut all = ready(m3(), Vec::new());
+    let beyond = job(&[0.4, 4.0, 8.0], true, false);
+    let falling = job(&[4.0, 2.0], true, false);
+    let none = job(&[], true, false);
+    let weak = job(&[0.2, 4.0], true, false);
+    let fast = CircleJob {
+        feed_m_s: f32::NAN,
+        ..job(&[0.4, 4.0], true, false)
+    };
+    for bad in [beyond, falling, none, weak, fast] {
+        let to = all.send(&Command::Circle(bad));
+        all.run_for(0.1);
+        let refused = Answer::Refused(Refused::Denied(Denial::Limit));
+        assert_eq!(answer(&all, to), Some(refused), "{bad:?}");
+    }
+    all.send(&Command::Stop);
+    all.run_for(1.5);
+    let to = all.send(&Command::Circle(job(&[0.4, 4.0], true, false)));
+    all.run_for(0.1);
+    assert!(matches!(answer(&all, to), Some(Answer::Refused(_))));
+}

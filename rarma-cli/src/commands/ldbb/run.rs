@@ -1,0 +1,112 @@
+//! `rarma ldbb run`: a whole test on a simulated machine.
+
+use super::{answer, save, show};
+use crate::args::LdbbRunArgs;
+use crate::failure::Failure;
+use crate::input::{Circles, circle_file};
+use crate::ldbb::{Static, from_recorded};
+use crate::scenario::{LdbbScenario, SHIPPED_LDBB, ldbb_schema, load_ldbb, parse_ldbb};
+use hal_sim::plant::ldbb::drive::{Trouble, circles, standing};
+use rarma_core::ldbb::{ForceLaw, Schedule, StandingConfig, ValveConfig};
+use std::fs;
+
+pub(super) fn main(args: &LdbbRunArgs) -> Result<u8, Failure> {
+    if args.schema {
+        say!("{:#}", ldbb_schema());
+        return Ok(0);
+    }
+    if args.list {
+        for (name, text) in SHIPPED_LDBB {
+            say!("{name:16} {}", parse_ldbb(name, text)?.about);
+        }
+        return Ok(0);
+    }
+    let file = args.scenario.as_deref().unwrap_or_default();
+    let scenario = load_ldbb(file)?;
+    let readings = measured(&scenario, file)?;
+    let answer = answer(&readings, &args.known, file)?;
+    if let Some(dir) = &args.out {
+        fs::create_dir_all(dir)?;
+        for run in &readings.runs {
+            let name = format!(
+                "run-{:02}-{}-{:.0}N.csv",
+                run.number,
+                run.sense.name(),
+                run.force_n
+            );
+            fs::write(
+                dir.join(name),
+                circle_file(&readings.conditions, Some(run), &[]),
+            )?;
+        }
+        if !readings.readings.is_empty() {
+            fs::write(
+                dir.join("static.csv"),
+                circle_file(&readings.conditions, None, &readings.readings),
+            )?;
+        }
+        save(&dir.join("analysis.json"), &answer)?;
+    }
+    show(&answer, &readings, &args.show)
+}
+
+/// Runs the sequence on the bench.
+fn measured(s: &LdbbScenario, file: &str) -> Result<Circles, Failure> {
+    let refused = |why: String| Failure::Input(format!("{file}: whole file: {why}"));
+    let pressures: Vec<f32> = s.settings.iter().map(|x| x.pressure_pa as f32).collect();
+    let schedule = |both, down| {
+        Schedule::new(&pressures, both, down)
+            .ok_or_else(|| refused("more than 16 forces".to_owned()))
+    };
+    let valve = ValveConfig {
+        most_pa: s.bench.air.span_pa as f32,
+        ..ValveConfig::default()
+    };
+    let test = circles(
+        s.bench,
+        s.procedure,
+        valve,
+        schedule(s.both, s.down)?,
+        &Trouble::default(),
+    )
+    .ok_or_else(|| refused("the circle's settings do not fit together".to_owned()))?;
+    if let Some(why) = test.fault {
+        return Err(refused(format!(
+            "the test ended in run {}: {why:?}",
+            test.fault_run.unwrap_or(0)
+        )));
+    }
+    let law = ForceLaw::standard();
+    let incline = s.conditions.inclination_rad;
+    let overshoot = f64::from(s.procedure.overshoot_rad);
+    let runs = test
+        .runs
+        .iter()
+        .map(|r| from_recorded(r, &law, overshoot, incline))
+        .collect();
+    let mut readings = Vec::new();
+    if !s.directions_rad.is_empty() {
+        let config = StandingConfig {
+            directions: u8::try_from(s.directions_rad.len())
+                .map_err(|_| refused("more than 255 directions".to_owned()))?,
+            ..StandingConfig::default()
+        };
+        let held = standing(
+            s.bench,
+            config,
+            valve,
+            schedule(false, true)?,
+            &s.directions_rad,
+        )
+        .ok_or_else(|| refused("the static test ended early".to_owned()))?;
+        readings = held
+            .iter()
+            .map(|h| Static::new(h, s.directions_rad[usize::from(h.direction)], &law, incline))
+            .collect();
+    }
+    Ok(Circles {
+        conditions: s.conditions.clone(),
+        runs,
+        readings,
+    })
+}

@@ -1,0 +1,9 @@
+//! Evaluation of loaded ball bar tests, for the commands and for tests of them.
+
+pub mod compare;
+pub mod evaluate;
+pub mod runs;
+pub mod stiffness;
+
+pub use evaluate::{Findings, Options, evaluate};
+pub use runs::{Conditions, RunData, Static, from_recorded};

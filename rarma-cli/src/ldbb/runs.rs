@@ -1,0 +1,113 @@
+//! Runs as they are evaluated, wherever they come from.
+
+use hal_sim::plant::ldbb::drive::Recorded;
+use rarma_core::ldbb::{AngleMap, ForceLaw, Held, Sense};
+
+/// Under which conditions a test was made; the same for all its runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Conditions {
+    /// The machine's name.
+    pub machine: String,
+    /// Plane: `XY`, `YZ` or `ZX`; θ runs from the first axis towards the second.
+    pub plane: String,
+    /// Radius of the circle, m.
+    pub radius_m: f64,
+    /// Programmed feed, m/s.
+    pub feed_m_s: f64,
+    /// Inclination of the bar above the plane, rad.
+    pub inclination_rad: f64,
+}
+
+impl Conditions {
+    /// Names of the two axes.
+    pub fn axes(&self) -> [&str; 2] {
+        match self.plane.as_str() {
+            "YZ" => ["Y", "Z"],
+            "ZX" => ["Z", "X"],
+            _ => ["X", "Y"],
+        }
+    }
+}
+
+/// One run: captured readings in the plane.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunData {
+    /// Number, from 0.
+    pub number: u32,
+    /// Direction.
+    pub sense: Sense,
+    /// On the way up, or down.
+    pub rising: bool,
+    /// Mean pressure, Pa.
+    pub pressure_pa: f64,
+    /// Force in the plane, N.
+    pub force_n: f64,
+    /// Angle, rad, and length change in the plane, m.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// One reading of the static test.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Static {
+    /// Direction, rad.
+    pub angle_rad: f64,
+    /// On the way up, or down.
+    pub rising: bool,
+    /// Mean pressure, Pa.
+    pub pressure_pa: f64,
+    /// Force in the plane, N.
+    pub force_n: f64,
+    /// Length change in the plane, m.
+    pub dr_m: f64,
+}
+
+impl Static {
+    /// From a reading of the sequence.
+    pub fn new(held: &Held, angle_rad: f64, law: &ForceLaw<f64>, inclination_rad: f64) -> Self {
+        let cos = inclination_rad.cos();
+        let pressure_pa = f64::from(held.pressure_pa);
+        Self {
+            angle_rad,
+            rising: held.run.rising,
+            pressure_pa,
+            force_n: law.force_n(pressure_pa) * cos,
+            dr_m: f64::from(held.gauge_m) / cos,
+        }
+    }
+}
+
+/// A recorded run, cut to its capture.
+pub fn from_recorded(
+    recorded: &Recorded,
+    law: &ForceLaw<f64>,
+    overshoot_rad: f64,
+    inclination_rad: f64,
+) -> RunData {
+    let done = &recorded.done;
+    let map = AngleMap {
+        start_rad: f64::from(done.map.start_rad),
+        sweep_rad: f64::from(done.map.sweep_rad),
+        sense: done.map.sense,
+        from_s: f64::from(done.map.from_s),
+        to_s: f64::from(done.map.to_s),
+    };
+    let cos = inclination_rad.cos();
+    let captured = recorded
+        .points
+        .iter()
+        .filter_map(|p| Some((map.captured(p.t_s, overshoot_rad)?, p)));
+    let (mut points, mut pressure_pa) = (Vec::new(), 0.0);
+    for (theta, p) in captured {
+        points.push((theta, p.gauge_m / cos));
+        pressure_pa += p.pressure_pa;
+    }
+    pressure_pa /= points.len().max(1) as f64;
+    RunData {
+        number: u32::from(done.run.number),
+        sense: done.run.sense,
+        rising: done.run.rising,
+        pressure_pa,
+        force_n: law.force_n(pressure_pa) * cos,
+        points,
+    }
+}

@@ -1,0 +1,348 @@
+//! The sequence of a test: settle, in over the on-trigger, overshoot, capture, overshoot, out
+//! over the off-trigger, next run.
+//!
+//! Rate: once a millisecond. The machine runs its own program and is not connected; all
+//! that is known of it is the gauge. It waits outside the circle, where the bar is longer than
+//! the trigger length; moving in along the radius it crosses it. The operator, or a program
+//! with a dwell, starts a run when the box says [`Stage::Waiting`].
+
+use super::procedure_config::{OUTSIDE_M, ProcedureConfig};
+use super::recorder::Recorder;
+use super::schedule::{Run, Schedule};
+use super::trace::{AngleMap, Trace};
+use serde::{Deserialize, Serialize};
+
+/// Readings in a row on the other side of the trigger length.
+const CROSSED_MS: u32 = 3;
+/// Where the test is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// Nothing asked for.
+    Idle,
+    /// A new pressure is coming; dither works the seal loose first.
+    Settling,
+    /// The machine may start.
+    Waiting,
+    /// Between on-trigger and arc.
+    In,
+    /// First overshoot.
+    Overshoot,
+    /// Capture.
+    Capture,
+    /// Second overshoot.
+    OvershootOut,
+    /// The off-trigger is awaited.
+    Out,
+    /// All runs are done.
+    Finished,
+    /// The test has ended; the bar is held at the lowest pressure.
+    Failed,
+}
+
+/// Why a test ended.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum RunFault {
+    /// The machine did not start.
+    NoOnTrigger,
+    /// The machine did not move out when the arc should have been over.
+    NoOffTrigger,
+    /// The machine moved out long before; value: part of the arc's time that had passed.
+    EndedEarly(f32),
+    /// The feed was off; value: measured over programmed.
+    Feed(f32),
+    /// The run fits the one before it when it is turned round.
+    WrongDirection,
+    /// The machine started before the pressure had settled.
+    StartedEarly,
+    /// The pressure does not settle; value: Pa.
+    NotSettled(f32),
+    /// The pressure left its set point during a run; value: Pa.
+    PressureMoved(f32),
+    /// The force no longer holds the bar while the machine moves; value: Pa.
+    NotHeld(f32),
+    /// The gauge is beyond its limit; value: m.
+    GaugeRange(f32),
+    /// A reading that is not a number.
+    NotFinite,
+}
+
+/// What a millisecond brings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seen {
+    /// Gauge, m.
+    pub gauge_m: f32,
+    /// Transducer, Pa.
+    pub pressure_pa: f32,
+    /// The valve loop is settled.
+    pub settled: bool,
+}
+
+/// What is asked of the valve loop.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Asked {
+    /// Set point, Pa.
+    pub pressure_pa: f32,
+    /// Dither.
+    pub dither: bool,
+}
+
+/// What happened.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Event {
+    /// The machine may start this run.
+    Ready(Run),
+    /// A run is over; after the last one the stage is [`Stage::Finished`].
+    Done(RunDone),
+    /// The test has ended.
+    Failed(RunFault),
+}
+
+/// A run that is over.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RunDone {
+    /// Which.
+    pub run: Run,
+    /// Time to angle, counted from the programmed beginning of the arc.
+    pub map: AngleMap<f32>,
+    /// Off-trigger, s after the on-trigger.
+    pub off_s: f32,
+    /// Mean pressure, Pa.
+    pub pressure_pa: f32,
+    /// Feed by the triggers, m/s.
+    pub feed_m_s: f32,
+}
+
+/// See the module.
+#[derive(Debug, Clone)]
+pub struct Procedure {
+    config: ProcedureConfig,
+    schedule: Schedule,
+    stage: Stage,
+    run: u16,
+    /// Milliseconds in this stage, and since the on-trigger.
+    here_ms: u32,
+    run_ms: u32,
+    beyond: u32,
+    was_outside: bool,
+    recorder: Recorder,
+}
+
+impl Procedure {
+    /// A test that begins at the next step. None where the settings do not fit together.
+    pub fn new(config: ProcedureConfig, schedule: Schedule) -> Option<Self> {
+        let sound = config.is_sound()
+            && schedule
+                .run(0)
+                .is_some_and(|r| r.pressure_pa >= 0.99 * config.holding_pa);
+        sound.then_some(Self {
+            config,
+            schedule,
+            stage: Stage::Settling,
+            run: 0,
+            here_ms: 0,
+            run_ms: 0,
+            beyond: 0,
+            was_outside: false,
+            recorder: Recorder::default(),
+        })
+    }
+
+    /// Where the test is.
+    pub fn stage(&self) -> Stage {
+        self.stage
+    }
+
+    /// Run in progress, or next.
+    pub fn run(&self) -> Option<Run> {
+        self.schedule.run(self.run)
+    }
+
+    /// Time since the on-trigger, s, while the machine runs.
+    pub fn run_s(&self) -> Option<f32> {
+        self.moving().then_some(1e-3 * self.run_ms as f32)
+    }
+
+    /// The settings.
+    pub fn config(&self) -> &ProcedureConfig {
+        &self.config
+    }
+
+    /// The last run in bins of angle.
+    pub fn trace<const BINS: usize>(&self, done: &RunDone) -> Trace<f32, BINS> {
+        self.recorder.trace(&done.map, self.config.overshoot_rad)
+    }
+
+    /// The test is over, whatever it did.
+    pub fn stop(&mut self) {
+        self.enter(Stage::Idle);
+    }
+
+    fn moving(&self) -> bool {
+        matches!(
+            self.stage,
+            Stage::In | Stage::Overshoot | Stage::Capture | Stage::OvershootOut | Stage::Out
+        )
+    }
+
+    fn enter(&mut self, stage: Stage) {
+        self.stage = stage;
+        self.here_ms = 0;
+        self.beyond = 0;
+    }
+
+    fn fail(&mut self, why: RunFault) -> Option<Event> {
+        self.enter(Stage::Failed);
+        Some(Event::Failed(why))
+    }
+
+    /// What the valve loop should do now. The bar is held at the lowest pressure when the
+    /// test is over: between balls, and with no more force than that.
+    pub fn asked(&self) -> Asked {
+        let holding = Asked {
+            pressure_pa: self.config.holding_pa,
+            dither: false,
+        };
+        match (self.stage, self.run()) {
+            (Stage::Idle | Stage::Finished | Stage::Failed, _) | (_, None) => holding,
+            (stage, Some(run)) => Asked {
+                pressure_pa: run.pressure_pa.max(self.config.holding_pa),
+                dither: stage == Stage::Settling
+                    && (self.here_ms as f32) < 1e3 * self.config.dither_s,
+            },
+        }
+    }
+
+    /// One millisecond.
+    pub fn step(&mut self, seen: &Seen) -> Option<Event> {
+        if matches!(self.stage, Stage::Idle | Stage::Finished | Stage::Failed) {
+            return None;
+        }
+        self.here_ms = self.here_ms.saturating_add(1);
+        if !(seen.gauge_m.is_finite() && seen.pressure_pa.is_finite()) {
+            return self.fail(RunFault::NotFinite);
+        }
+        if seen.gauge_m.abs() > self.config.gauge_limit_m {
+            return self.fail(RunFault::GaugeRange(seen.gauge_m));
+        }
+        let run = self.run()?;
+        match self.stage {
+            Stage::Settling => self.settling(seen, run),
+            Stage::Waiting => self.waiting(seen),
+            _ => self.running(seen, run),
+        }
+    }
+
+    fn settling(&mut self, seen: &Seen, run: Run) -> Option<Event> {
+        let c = self.config;
+        let here_s = 1e-3 * self.here_ms as f32;
+        if self.was_outside && self.crossed(seen.gauge_m < c.trigger_m) {
+            return self.fail(RunFault::StartedEarly);
+        }
+        self.was_outside |= seen.gauge_m > c.trigger_m + OUTSIDE_M;
+        if here_s >= c.dither_s && seen.settled {
+            self.enter(Stage::Waiting);
+            return Some(Event::Ready(run));
+        }
+        if here_s > c.settle_most_s {
+            return self.fail(RunFault::NotSettled(seen.pressure_pa));
+        }
+        None
+    }
+
+    fn waiting(&mut self, seen: &Seen) -> Option<Event> {
+        let c = self.config;
+        self.was_outside |= seen.gauge_m > c.trigger_m + OUTSIDE_M;
+        if self.was_outside && self.crossed(seen.gauge_m < c.trigger_m) {
+            self.recorder.begin(c.arc_s());
+            self.run_ms = CROSSED_MS - 1;
+            self.was_outside = false;
+            self.enter(Stage::In);
+        } else if self.here_ms as f32 > 1e3 * c.wait_s {
+            return self.fail(RunFault::NoOnTrigger);
+        }
+        None
+    }
+
+    fn crossed(&mut self, beyond: bool) -> bool {
+        self.beyond = if beyond { self.beyond + 1 } else { 0 };
+        self.beyond >= CROSSED_MS
+    }
+
+    fn running(&mut self, seen: &Seen, run: Run) -> Option<Event> {
+        let c = self.config;
+        self.run_ms += 1;
+        let run_s = 1e-3 * self.run_ms as f32;
+        if seen.pressure_pa < 0.9 * c.holding_pa {
+            return self.fail(RunFault::NotHeld(seen.pressure_pa));
+        }
+        if (seen.pressure_pa - run.pressure_pa).abs() > c.drift_pa {
+            return self.fail(RunFault::PressureMoved(seen.pressure_pa));
+        }
+        let (arc_s, t_s) = (c.arc_s(), run_s - c.lead_s);
+        self.recorder.add(t_s, seen.gauge_m, seen.pressure_pa);
+        if t_s > 0.0 && self.crossed(seen.gauge_m > c.trigger_m) {
+            return self.out(run_s - 1e-3 * (CROSSED_MS - 1) as f32, run);
+        }
+        let over_s = arc_s * c.overshoot_rad / c.sweep_rad;
+        let stage = if t_s < 0.0 {
+            Stage::In
+        } else if t_s < over_s {
+            Stage::Overshoot
+        } else if t_s < arc_s - over_s {
+            Stage::Capture
+        } else if t_s < arc_s {
+            Stage::OvershootOut
+        } else {
+            Stage::Out
+        };
+        if stage != self.stage {
+            let beyond = self.beyond;
+            self.enter(stage);
+            self.beyond = beyond;
+        }
+        if t_s > 1.1 * arc_s + c.lead_s {
+            return self.fail(RunFault::NoOffTrigger);
+        }
+        None
+    }
+
+    /// The off-trigger.
+    fn out(&mut self, off_s: f32, run: Run) -> Option<Event> {
+        let c = self.config;
+        let real_s = off_s - 2.0 * c.lead_s;
+        let part = real_s / c.arc_s();
+        if !(part > 0.9) {
+            return self.fail(RunFault::EndedEarly(part.max(0.0)));
+        }
+        if !((1.0 / part - 1.0).abs() <= c.feed_part) {
+            return self.fail(RunFault::Feed(1.0 / part));
+        }
+        let map = AngleMap {
+            start_rad: match run.sense {
+                super::Sense::Ccw => c.start_rad,
+                super::Sense::Cw => c.start_rad + c.sweep_rad,
+            },
+            sweep_rad: c.sweep_rad,
+            sense: run.sense,
+            from_s: 0.0,
+            to_s: real_s,
+        };
+        if self.recorder.turned(&map, c.overshoot_rad) {
+            return self.fail(RunFault::WrongDirection);
+        }
+        self.run += 1;
+        self.was_outside = true;
+        self.enter(if self.run < self.schedule.runs() {
+            Stage::Settling
+        } else {
+            Stage::Finished
+        });
+        Some(Event::Done(RunDone {
+            run,
+            map,
+            off_s,
+            pressure_pa: self.recorder.pressure_pa(),
+            feed_m_s: map.feed_m_s(c.radius_m),
+        }))
+    }
+}

@@ -1,0 +1,111 @@
+//! The circle under load, on the wire: the job, readings, findings.
+
+use crate::ldbb::{ProcedureConfig, RunFault, Schedule};
+use heapless::Vec;
+use serde::{Deserialize, Serialize};
+
+/// Pressures of a job.
+pub const JOB_PRESSURES: usize = 8;
+/// Readings in one message.
+pub const CIRCLE_POINTS: usize = 20;
+/// Readings a second.
+pub const CIRCLE_RATE_HZ: u32 = 100;
+
+/// From the host: a whole test. What is not in it is the standard circle's: 150 mm, 390° of
+/// which 15° at each end are overshoot.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct CircleJob {
+    /// Pressures, Pa, rising; 0 after the last one.
+    pub pressures_pa: [f32; JOB_PRESSURES],
+    /// Feed, m/s.
+    pub feed_m_s: f32,
+    /// Radius, m.
+    pub radius_m: f32,
+    /// Clockwise as well.
+    pub both: bool,
+    /// Down again.
+    pub down: bool,
+}
+
+impl CircleJob {
+    /// The sequence of the job; none where its numbers do not fit together.
+    pub fn procedure(&self) -> Option<(ProcedureConfig, Schedule)> {
+        let standard = ProcedureConfig::default();
+        let lead_s = standard.trigger_m / self.feed_m_s + PAUSE_S;
+        let used = self.pressures_pa.iter().take_while(|p| **p > 0.0).count();
+        let schedule = Schedule::new(self.pressures_pa.get(..used)?, self.both, self.down)?;
+        let config = ProcedureConfig {
+            feed_m_s: self.feed_m_s,
+            radius_m: self.radius_m,
+            lead_s,
+            ..standard
+        };
+        config.is_sound().then_some((config, schedule))
+    }
+}
+
+/// The program's pause between radius and arc, s.
+pub const PAUSE_S: f32 = 0.5;
+
+/// From the box.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum CircleMessage {
+    /// The pressure has settled: the machine may start.
+    Ready {
+        /// Number of the run, from 0.
+        run: u16,
+        /// Clockwise.
+        cw: bool,
+        /// On the way up.
+        rising: bool,
+        /// Set point, Pa.
+        pressure_pa: f32,
+    },
+    /// Readings of the run, overshoots included.
+    Points(CirclePoints),
+    /// The run is over.
+    Done {
+        /// Number of the run.
+        run: u16,
+        /// The arc's time by the triggers, s; the readings' clock begins with the arc.
+        arc_s: f32,
+        /// Mean pressure, Pa.
+        pressure_pa: f32,
+        /// Feed by the triggers, m/s.
+        feed_m_s: f32,
+    },
+    /// The test has ended early; the bar is held at the lowest pressure.
+    Failed {
+        /// Number of the run.
+        run: u16,
+        /// Why.
+        why: RunFault,
+    },
+    /// What the box itself makes of the whole test.
+    Stiffness {
+        /// Mean over the directions, N/m.
+        mean_n_per_m: f32,
+        /// Largest, N/m, and its direction, rad.
+        most: (f32, f32),
+        /// Smallest.
+        least: (f32, f32),
+        /// Standard deviation of the largest, N/m.
+        sd_n_per_m: f32,
+        /// Scatter of a direction's means about the lines, m.
+        scatter_m: f32,
+    },
+}
+
+/// Readings at [`CIRCLE_RATE_HZ`]: means of ten milliseconds.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct CirclePoints {
+    /// Number of the run.
+    pub run: u16,
+    /// Middle of the first one since the programmed beginning of the arc, ms; negative
+    /// before it.
+    pub first_ms: i32,
+    /// Gauge, m.
+    pub gauge_m: Vec<f32, CIRCLE_POINTS>,
+    /// Mean pressure over the message, Pa.
+    pub pressure_pa: f32,
+}
