@@ -174,6 +174,7 @@ fn exact_without_noise() {
     }
     println!("worst {worst:.5}, condition {:.2}", e.condition);
     assert!(worst > 1e-6, "second order must show");
+    println!("centre {:.4?} µm", e.centre_m.map(|m| 1e6 * m.value));
     assert!((e.centre_m[0].value - 7e-6).abs() < 1e-8);
     // Single precision, sample by sample, on the box.
     let single = fit::<f32>(&readings(&machine(), &BOTH, 7.0), ALL, 0.0).expect("both senses");

@@ -318,7 +318,11 @@ fn hysteresis_of_three_to_six_micrometres() {
         "moving: left within {worst:.2} µm in {} directions",
         moving.len()
     );
-    assert!(moving.len() == 360 && worst < 0.3);
+    // Standing within 0.3 µm; moving, the seal's friction turns with the circle.
+    assert!(
+        moving.len() == 360 && (0.2..0.45).contains(&worst),
+        "{worst}"
+    );
     let mean = moving.iter().map(|c| c.left_um).sum::<f64>() / 360.0;
     assert!((mean - 4.5).abs() < 0.3, "{mean}");
     // Hysteresis does not spoil the stiffness.

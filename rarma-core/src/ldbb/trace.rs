@@ -80,11 +80,16 @@ impl<T: Real> AngleMap<T> {
     }
 }
 
+/// An angle this far below an edge, in bins, counts to the bin above it.
+const EDGE: f32 = 1e-3;
+
 /// The bin of an angle, rad.
 pub(super) fn bin_of<T: Real>(theta: T, bins: usize) -> usize {
     let turns = theta.to_f32() * (1.0 / core::f32::consts::TAU);
     let part = turns - libm::floorf(turns);
-    ((part * bins as f32) as usize).min(bins.saturating_sub(1))
+    // Readings at whole degrees lie on edges: rounding must not deal them out by chance.
+    let bin = (part * bins as f32 + EDGE) as usize;
+    bin % bins.max(1)
 }
 
 /// Mean length change in each of `BINS` equal sectors; the first begins at θ = 0.
