@@ -175,7 +175,15 @@ fn exact_without_noise() {
     println!("worst {worst:.5}, condition {:.2}", e.condition);
     assert!(worst > 1e-6, "second order must show");
     println!("centre {:.4?} µm", e.centre_m.map(|m| 1e6 * m.value));
-    assert!((e.centre_m[0].value - 7e-6).abs() < 1e-8);
+    // A bow's first harmonic is a quarter of it, and cannot be told from a centre that is off.
+    let g = machine().geometry;
+    let centre = [
+        g.centre_m[0] + 0.25 * g.bow_m[1],
+        g.centre_m[1] + 0.25 * g.bow_m[0],
+    ];
+    for (found, centre) in e.centre_m.iter().zip(centre) {
+        assert!((found.value - centre).abs() < 1e-8, "{found:?}");
+    }
     // Single precision, sample by sample, on the box.
     let single = fit::<f32>(&readings(&machine(), &BOTH, 7.0), ALL, 0.0).expect("both senses");
     for (name, truth, value, _) in compared(&single) {
