@@ -62,6 +62,18 @@ pub fn target_elf_or_skip(test: &str) -> Option<PathBuf> {
     found(target_elf(), test, why, required("RARMA_REQUIRE_TARGET"))
 }
 
+/// The image of the whole box on the emulated chip, which lies beside [`target_elf`]'s.
+///
+/// # Panics
+/// There is none and `RARMA_REQUIRE_TARGET` is `1`.
+#[must_use]
+pub fn target_box_or_skip(test: &str) -> Option<PathBuf> {
+    let path = target_elf().map(|elf| elf.with_file_name("mps2-an386-box"));
+    let path = path.filter(|path| path.is_file());
+    let why = "no mps2-an386-box beside the image that RARMA_TARGET_ELF names";
+    found(path, test, why, required("RARMA_REQUIRE_TARGET"))
+}
+
 /// The image for the real board that `RARMA_BOARD_ELF` names, the program of its chip's
 /// model, and the folder of what that imports; without them, a loud line that names the test.
 ///

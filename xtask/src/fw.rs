@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use crate::toolchain::ArmToolchain;
-use crate::{EMULATED_BOARD, Failure, Result, TARGET, Workspace, process};
+use crate::{EMULATED_BOARD, EMULATED_BOX, Failure, Result, TARGET, Workspace, process};
 
 /// The cargo profile of a board's images: on a chip with little flash, the small one.
 fn profile(board: &str) -> &'static str {
@@ -75,6 +75,14 @@ impl Request {
     /// Builds the image of `board`, nothing else asked.
     pub fn build(board: &str) -> Self {
         Self::plain(Verb::Build, board)
+    }
+
+    /// Builds the whole box for the emulated board.
+    pub fn build_box() -> Self {
+        Self {
+            cargo_arguments: ["--bin", EMULATED_BOX].map(str::to_owned).to_vec(),
+            ..Self::build(EMULATED_BOARD)
+        }
     }
 
     /// Runs the on-target tests of `board`.

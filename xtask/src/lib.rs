@@ -23,3 +23,6 @@ pub const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// The board that is emulated, and the default of every command.
 pub const EMULATED_BOARD: &str = "mps2-an386";
+
+/// The image of the whole box on that board, whose link is a serial port.
+pub const EMULATED_BOX: &str = "mps2-an386-box";

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use crate::arm_image::ArmImage;
 use crate::toolchain::packages;
-use crate::{Failure, Result, Workspace, process};
+use crate::{EMULATED_BOX, Failure, Result, Workspace, process};
 
 /// The emulator's name on the search path, and of Debian's package.
 pub const PROGRAM: &str = "qemu-system-arm";
@@ -48,6 +48,36 @@ pub fn qemu_command(elf: &Path, arguments: &[String]) -> Command {
         .arg("-kernel")
         .arg(elf);
     command
+}
+
+/// QEMU with the image of the whole box: its serial port waits at `address`
+/// (HOST:PORT), and time is that of this machine.
+pub fn box_command(elf: &Path, address: &str) -> Command {
+    let mut command = Command::new(PROGRAM);
+    command
+        .args(["-cpu", "cortex-m4", "-machine", "mps2-an386"])
+        .args(["-nographic", "-monitor", "none"])
+        .arg("-serial")
+        .arg(format!("tcp:{address},server=on,wait=off"))
+        .args(["-semihosting-config", &semihosting_config(&[])])
+        .arg("-kernel")
+        .arg(elf);
+    command
+}
+
+/// Where the box's serial port waits unless [`LISTEN`] says otherwise.
+const ADDRESS: &str = "127.0.0.1:7000";
+const LISTEN: &str = "RARMA_BOX_LISTEN";
+
+/// Runs the whole box until it is interrupted.
+fn run_box(elf: &Path) -> Result<u8> {
+    let address = env::var(LISTEN).unwrap_or_else(|_| ADDRESS.to_owned());
+    println!("the box listens: rarma connect tcp:{address} (Ctrl-C here ends it)");
+    let mut command = box_command(elf, &address);
+    let status = command
+        .status()
+        .map_err(|why| process::cannot_start(&command, &why))?;
+    Ok(process::exit_code(status))
 }
 
 /// The value of `-semihosting-config`: a comma inside an argument is doubled.
@@ -120,6 +150,9 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
     let elf = Path::new(elf);
     let logs = ArmImage::read(elf)?.has_defmt_log();
     ensure_installed()?;
+    if elf.file_stem().is_some_and(|stem| stem == EMULATED_BOX) {
+        return run_box(elf);
+    }
 
     let mut command = qemu_command(elf, arguments);
     let decoder = if logs { log_decoder(workspace) } else { None };

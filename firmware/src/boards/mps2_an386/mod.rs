@@ -2,8 +2,16 @@
 //!
 //! The microphone is a WAV and the link a file, both on the host through
 //! semihosting. Files lie in QEMU's working directory and are called
-//! [`JOB_FILE`], [`INPUT_FILE`] and [`OUTPUT_FILE`].
-#![allow(unsafe_code)] // semihosting calls and timer registers
+//! [`JOB_FILE`], [`INPUT_FILE`] and [`OUTPUT_FILE`]. The whole box is another board on the
+//! same machine, [`Mps2Box`]: its link is the first UART.
+#![allow(unsafe_code)] // semihosting calls, registers of timer and UART
+
+mod memory;
+mod resonance;
+mod uart;
+mod whole;
+
+pub use whole::Mps2Box;
 
 use super::wav::{ByteSource, WavError, WavSource};
 use crate::board::{Board, Clock, Parts};
