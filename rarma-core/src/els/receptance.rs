@@ -77,7 +77,7 @@ impl<T: Real> Receptance<T> {
     ///
     /// ```
     /// use rarma_core::els::{Complex, Receptance};
-    /// let g = Receptance::of_mode(Complex::new(2e-8, -1e-8), 0.5);
+    /// let g = Receptance::<f64>::of_mode(Complex::new(2e-8, -1e-8), 0.5);
     /// let along = g.directional(0.5, 0.5);
     /// assert!((along.re - 2e-8).abs() < 1e-20 && (along.im + 1e-8).abs() < 1e-20);
     /// ```

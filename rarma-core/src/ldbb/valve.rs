@@ -184,7 +184,8 @@ mod tests {
     fn the_regulators_error_is_taken_out() {
         let (p, settled_at, limiting, over) = settle(0.0);
         assert!((p - 4e5).abs() < 50.0 && !limiting, "{p}");
-        assert!((1.5..4.0).contains(&settled_at), "{settled_at} s");
+        // It rests while the set point ramps; 1 % is taken out in 4.9 s.
+        assert!((4.0..6.0).contains(&settled_at), "{settled_at} s");
         assert!(over < 4.2e3, "{over} Pa over");
     }
 

@@ -6,7 +6,7 @@
 //! * [`air`] regulator with dead time and lag, cylinder with a sticking seal, transducer;
 //! * [`motion`] the machine's program: in along the radius, the arc, out again, and what
 //!   can go wrong with it;
-//! * [`bench`] all of it together, a millisecond at a time, [`drive`] a whole test of it.
+//! * [`mod@bench`] all of it together, a millisecond at a time, [`drive`] a whole test of it.
 //!
 //! Signs as in [`rarma_core::ldbb`]: θ from +X towards +Y, a longer bar is positive.
 

@@ -18,6 +18,8 @@ const FOUND_BESIDE: f64 = 0.01;
 
 /// How far it may be off in the end, as a part of it: so far the lines are looked for.
 const OFF: f64 = 0.03;
+/// Up to this multiple of the teeth: where more of them lie in the band they are heard.
+const FEW: f64 = 2.0;
 
 impl<T: Real> Spindle<T> {
     /// The speed in use: its value, its relative uncertainty, who says so.
@@ -103,7 +105,7 @@ impl<T: Real> Spindle<T> {
         let beside_teeth = self.teeth.is_some_and(|teeth| {
             let ratio = f / (speed * T::from_u32(teeth));
             let multiple = ratio.round().max(T::ONE);
-            (ratio - multiple).abs() < multiple * T::from_f64(OFF)
+            multiple <= T::from_f64(FEW) && (ratio - multiple).abs() < multiple * T::from_f64(OFF)
         });
         beside_teeth || (!idle_known && self.unconfirmed_s > T::ZERO)
     }
