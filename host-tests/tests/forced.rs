@@ -111,7 +111,7 @@ const CASES: [(&str, Case, f64); 10] = [
     ("told 1 % low, uneven", Case::Uneven(-0.01), GRACE_S),
 ];
 
-fn table(signals: u64, seconds: f64) {
+fn table(form: &str, signals: u64, seconds: f64) {
     println!(
         "| {signals} signals of {seconds} s | with an alarm, and which | calls | the first: Hz, in multiples of the spindle, s | in state chatter, s | reasons, most of the time |"
     );
@@ -140,12 +140,12 @@ fn table(signals: u64, seconds: f64) {
             said(&runs, grace, seconds)
         );
         holds(
-            &format!("forced: signals with an alarm, {name}"),
+            &format!("{form}: signals with an alarm, {name}"),
             with.len() as f64,
             0.0..=0.0,
         );
         holds(
-            &format!("forced: seconds in chatter, {name}"),
+            &format!("{form}: seconds in chatter, {name}"),
             chatter,
             0.0..=0.0,
         );
@@ -160,7 +160,7 @@ fn table(signals: u64, seconds: f64) {
             .sum();
         let share = judged / (signals as f64 * (seconds - 1.0));
         holds(
-            &format!("forced: part of the time judged, {name}"),
+            &format!("{form}: part of the time judged, {name}"),
             share,
             0.9..=1.01,
         );
@@ -185,11 +185,11 @@ fn said(runs: &[Watched], from: f64, to: f64) -> String {
 
 #[test]
 fn a_stable_cut_raises_no_alarm() {
-    table(10, 10.0);
+    table("forced", 10, 10.0);
 }
 
 #[test]
 #[ignore = "long: 50 signals of 60 s"]
 fn a_stable_cut_raises_no_alarm_long() {
-    table(50, 60.0);
+    table("forced, long", 50, 60.0);
 }
