@@ -112,7 +112,7 @@ fn heard(case: &Case, depth: Schedule, seconds: f64, seed: u64) -> Watched {
     watch(&config, heard.samples)
 }
 
-fn depths(parts: &[f64], seconds: f64, seeds: u64) {
+fn depths(form: &str, parts: &[f64], seconds: f64, seeds: u64) {
     println!(
         "| scenario | depth/limit | idle | stable | warning | chatter | other | calls in {seeds} cuts | first at Hz (limit: Hz) |"
     );
@@ -145,7 +145,7 @@ fn depths(parts: &[f64], seconds: f64, seeds: u64) {
                 first.map_or("-".to_owned(), |c| format!("{:.1}", c.f_hz)),
                 case.limit_hz,
             );
-            let bar = format!("cutting: chatter, {}, {part} of the limit", case.name);
+            let bar = format!("{form}: chatter, {}, {part} of the limit", case.name);
             if *part >= CLEARLY_ABOVE && chatter < HELD {
                 println!(
                     "  read at the end (Hz, ζ, amplitude): {:?}; said {:?}",
@@ -225,13 +225,13 @@ fn ramps(seeds: u64) {
 
 #[test]
 fn below_the_limit_is_stable_and_above_it_chatter() {
-    depths(&FEW, 1.5, 1);
+    depths("cutting", &FEW, 1.5, 1);
 }
 
 #[test]
 #[ignore = "long: all depths, three seeds, 4 s each"]
 fn below_the_limit_is_stable_and_above_it_chatter_long() {
-    depths(&DEPTHS, 4.0, 3);
+    depths("cutting, long", &DEPTHS, 4.0, 3);
 }
 
 #[test]
