@@ -1,5 +1,23 @@
 //! The exciter: an active magnetic bearing that shakes a turning spindle.
+//!
+//! Arithmetic only; timing and switches are the firmware's, magnets and spindles the
+//! simulator's.
+//!
+//! * [`Geometry`], what a magnet is made of and what it can do;
+//! * [`Magnet`] and [`AxisForce`], force from measured currents and the momentary gap;
+//!   [`calibrate`], their constants from measured pairs; [`Eddy`], the lag of the flux;
+//! * [`Regulator`], the current of one coil.
 
+mod calibration;
 mod current;
+mod design;
+mod eddy;
+mod error;
+mod force;
 
+pub use calibration::{Calibration, CalibrationConfig, ForcePair, calibrate};
 pub use current::{Drive, Regulator, RegulatorConfig, RegulatorError, Tuning};
+pub use design::{Geometry, Linear, MU_0};
+pub use eddy::Eddy;
+pub use error::CersError;
+pub use force::{AxisForce, Force, Magnet, TRUSTED_PART};
