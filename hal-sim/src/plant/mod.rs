@@ -12,12 +12,14 @@
 //! * [`stability`] limits in closed form, [`growth`] limits from the simulation,
 //!   [`delay`] limits and operational damping by semi-discretisation;
 //! * [`ldbb`] a machine under a loaded ball bar, and the bar's air;
+//! * [`cers`] magnets, amplifiers, sensors and the structure of the exciter;
 //! * [`els`] tool, holder and spindle as beams, joints and bearings, the elastic link;
 //! * [`surface`] what the cut leaves on the workpiece;
 //! * [`resample`], [`sound`] and [`converter`] what a microphone makes of it,
 //!   [`cut`] a whole scenario
 //!   and [`truth`] what is true of it.
 
+pub mod cers;
 mod condition;
 pub mod converter;
 pub mod cut;
