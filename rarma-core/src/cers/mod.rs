@@ -6,6 +6,7 @@
 //! * [`Geometry`], what a magnet is made of and what it can do;
 //! * [`Magnet`] and [`AxisForce`], force from measured currents and the momentary gap;
 //!   [`calibrate`], their constants from measured pairs; [`Eddy`], the lag of the flux;
+//! * [`BandNoise`], [`Prbs`], [`multisine`], [`Sweep`], what excites; [`RealFft`], its spectra;
 //! * [`Regulator`], the current of one coil; [`GapSchedule`], its gain with the gap.
 
 mod calibration;
@@ -13,13 +14,20 @@ mod current;
 mod design;
 mod eddy;
 mod error;
+mod excitation;
 mod force;
 mod schedule;
+mod spectra;
 
 pub use calibration::{Calibration, CalibrationConfig, ForcePair, calibrate};
 pub use current::{Drive, Regulator, RegulatorConfig, RegulatorError, Tuning};
 pub use design::{Geometry, Linear, MU_0};
 pub use eddy::Eddy;
 pub use error::CersError;
+pub use excitation::{
+    BandNoise, BandNoiseConfig, Course, Dodge, LineSet, Lines, Phases, Prbs, Sweep, VoltageShape,
+    crest_factor, lower_crest, multisine,
+};
 pub use force::{AxisForce, Force, Magnet, TRUSTED_PART};
 pub use schedule::GapSchedule;
+pub use spectra::RealFft;
