@@ -7,6 +7,7 @@
 //! * [`Magnet`] and [`AxisForce`], force from measured currents and the momentary gap;
 //!   [`calibrate`], their constants from measured pairs; [`Eddy`], the lag of the flux;
 //! * [`BandNoise`], [`Prbs`], [`multisine`], [`Sweep`], what excites; [`RealFft`], its spectra;
+//! * [`Frf`], the response to the force by instruments and by the classical estimators;
 //! * [`Regulator`], the current of one coil; [`GapSchedule`], its gain with the gap.
 
 mod calibration;
@@ -16,6 +17,7 @@ mod eddy;
 mod error;
 mod excitation;
 mod force;
+mod frf;
 mod schedule;
 mod spectra;
 
@@ -29,5 +31,6 @@ pub use excitation::{
     crest_factor, lower_crest, multisine,
 };
 pub use force::{AxisForce, Force, Magnet, TRUSTED_PART};
+pub use frf::{Frf, FrfLine, Path, Quantity, Window};
 pub use schedule::GapSchedule;
 pub use spectra::RealFft;
