@@ -2,6 +2,7 @@
 //! connected to. The plants know nothing of the firmware and can be used alone.
 
 pub mod board;
+pub mod exciter;
 pub mod microphone;
 pub mod plant;
 pub mod rig;

@@ -8,6 +8,7 @@
 //!   [`calibrate`], their constants from measured pairs; [`Eddy`], the lag of the flux;
 //! * [`BandNoise`], [`Prbs`], [`multisine`], [`Sweep`], what excites; [`RealFft`], its spectra;
 //! * [`Frf`], the response to the force by instruments and by the classical estimators;
+//! * [`remove_orders`], what repeats with the spindle;
 //! * [`Regulator`], the current of one coil; [`GapSchedule`], its gain with the gap.
 
 mod calibration;
@@ -18,6 +19,7 @@ mod error;
 mod excitation;
 mod force;
 mod frf;
+mod orders;
 mod schedule;
 mod spectra;
 
@@ -32,5 +34,6 @@ pub use excitation::{
 };
 pub use force::{AxisForce, Force, Magnet, TRUSTED_PART};
 pub use frf::{Frf, FrfLine, Path, Quantity, Window};
+pub use orders::remove_orders;
 pub use schedule::GapSchedule;
 pub use spectra::RealFft;
