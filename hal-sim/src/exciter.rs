@@ -160,7 +160,10 @@ pub fn bench_pairs(coil: &CoilConfig, current_gain_error: f64, seed: u64) -> Vec
     out
 }
 
-/// Calibrates all four magnets of a plant on the bench; the law of x and of y.
+/// Laws of x and y with what each magnet's calibration left over.
+pub type CalibratedAxes = ([AxisForce<f64>; 2], [Calibration<f64>; COILS]);
+
+/// Calibrates all four magnets of a plant on the bench.
 ///
 /// # Errors
 /// Those of [`calibrate`].
@@ -168,7 +171,7 @@ pub fn calibrated(
     config: &ExciterConfig,
     guess: &Geometry<f64>,
     seed: u64,
-) -> Result<([AxisForce<f64>; 2], [Calibration<f64>; COILS]), CersError> {
+) -> Result<CalibratedAxes, CersError> {
     let one = |k: usize| {
         let error = config.sensors.current_gain_error[k];
         let pairs = bench_pairs(&config.coils[k], error, seed + k as u64);

@@ -5,7 +5,7 @@ use hal_sim::exciter::{Measurement, Record, measure};
 use hal_sim::plant::cers::ExciterConfig;
 use rarma_core::cers::{
     AxisForce, Dodge, Eddy, Frf, FrfLine, Geometry, LineSet, Lines, Path, Phases, RealFft,
-    RegulatorConfig, Window, multisine, remove_orders,
+    RegulatorConfig, Window, lower_crest, multisine, remove_orders,
 };
 use rarma_core::els::Complex;
 
@@ -76,15 +76,29 @@ pub struct Drive {
 /// If no line is left.
 #[must_use]
 pub fn drive(set: LineSet, spindle_hz: f64) -> Drive {
+    drive_to(set, spindle_hz, 5e3)
+}
+
+/// The same up to `top_hz`.
+///
+/// # Panics
+/// If no line is left.
+#[must_use]
+pub fn drive_to(set: LineSet, spindle_hz: f64, top_hz: f64) -> Drive {
     let dodge = (spindle_hz > 0.0).then_some(Dodge {
         spindle_hz,
         clearance_hz: 3.0,
     });
     let spacing = RATE_HZ / BLOCK as f64;
-    let lines = Lines::new(spacing, (150.0, 5e3), set, dodge).expect("lines");
+    let lines = Lines::new(spacing, (150.0, top_hz), set, dodge).expect("lines");
     let mut fft = RealFft::<f64, BLOCK>::default();
     let mut period = vec![0.0; TABLE];
     multisine(&lines, Phases::Schroeder, |_| 1.0, &mut fft, &mut period).expect("a period");
+    if spindle_hz > 0.0 {
+        // Schroeder's phases are for lines that follow each other; gaps raise the peaks.
+        let mut work = vec![0.0; TABLE];
+        lower_crest(&lines, 150, &mut fft, &mut period, &mut work).expect("a period");
+    }
     Drive { lines, period }
 }
 

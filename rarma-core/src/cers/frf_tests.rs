@@ -130,7 +130,7 @@ fn random_errors_are_those_of_the_draws() {
     let truth = Structure::new();
     for (coherence, blocks) in [(0.34, 60), (0.8, 40)] {
         let frf = measured(blocks, 0.02, coherence, 11);
-        let (mut h1, mut iv, mut n) = (0.0, 0.0, 0.0);
+        let (mut h1, mut iv, mut n) = (0.0f64, 0.0f64, 0.0f64);
         let mut mean = Complex::ZERO;
         for k in 780..860 {
             let f = RATE * k as f64 / N as f64;
@@ -144,7 +144,7 @@ fn random_errors_are_those_of_the_draws() {
             iv += ((line.iv * inverse).re - 1.0).powi(2) / line.iv_random_error.powi(2);
             n += 1.0;
         }
-        let (h1, iv) = ((h1 / n as f64).sqrt(), (iv / n).sqrt());
+        let (h1, iv) = ((h1 / n).sqrt(), (iv / n).sqrt());
         println!(
             "coherence {coherence}, {blocks} blocks: H1 {h1:.2}, H_IV {iv:.2} of the stated error"
         );
