@@ -1,7 +1,7 @@
 //! Force of the magnets from measured currents and the momentary gap.
 //!
-//! Rate: once a sample of the record. Fixed work; a logarithm and an exponential per magnet
-//! for the knee of the iron.
+//! Rate: once a sample of the record, or a period of the current loop. Fixed work; no
+//! logarithm below 1.2 times the knee of the iron.
 //!
 //! The law is a quotient, not a plane: with 0.2 A on the bias, k_i·i + k_x·x is wrong by
 //! −1 % at 5 µm and −24 % at 50 µm from the centre. Forces are therefore never
@@ -109,10 +109,22 @@ fn sixth<T: Real>(r: T) -> T {
 }
 
 /// (1 + r⁶)^(−1/3).
+///
+/// Below 1.2 times the knee by Newton's rounds y ← y·(4 − q·y³)/3, which need no division:
+/// the error goes from 0.06 to 7·10⁻³, 10⁻⁴, 2·10⁻⁸ and below the last digit of f64.
 #[inline(always)]
 fn knee<T: Real>(r: T) -> T {
-    let third = T::ONE / T::from_f64(3.0);
-    (-sixth(r).ln_1p() * third).exp()
+    let third = T::from_f64(1.0 / 3.0);
+    let q = T::ONE + sixth(r);
+    if !(q <= T::from_f64(4.0)) {
+        return (-q.ln() * third).exp();
+    }
+    // The chord from q = 1 to 4, lowered by half of what the curve sags below it.
+    let mut y = T::from_f64(1.07) - T::from_f64(0.123) * q;
+    for _ in 0..5 {
+        y = y * (T::from_f64(4.0) - q * y * y * y) * third;
+    }
+    y
 }
 
 /// Two magnets that pull against each other.
@@ -163,6 +175,18 @@ impl<T: Real> AxisForce<T> {
 mod tests {
     use super::*;
     use crate::cers::Geometry;
+
+    #[test]
+    fn the_knee_is_the_power_it_stands_for() {
+        for k in 0..3000 {
+            let r = 1e-3 * f64::from(k);
+            let exact = (1.0 + r.powi(6)).powf(-1.0 / 3.0);
+            assert!((knee(r) / exact - 1.0).abs() < 1e-14, "{r}");
+            let single = f64::from(knee(r as f32));
+            assert!((single / exact - 1.0).abs() < 2e-6, "{r}: {single}");
+        }
+        assert!(!knee(f64::NAN).is_finite() && knee(f64::INFINITY) == 0.0);
+    }
 
     fn axis(g: &Geometry<f64>) -> AxisForce<f64> {
         AxisForce {

@@ -7,6 +7,8 @@
 //! * [`Magnet`] and [`AxisForce`], force from measured currents and the momentary gap;
 //!   [`calibrate`], their constants from measured pairs; [`Eddy`], the lag of the flux;
 //! * [`BandNoise`], [`Prbs`], [`multisine`], [`Sweep`], what excites; [`RealFft`], its spectra;
+//! * [`ExcitationJob`], [`Source`], [`LineCollector`], a signal on the box and the response by
+//!   stepped sine;
 //! * [`Frf`], the response to the force by instruments and by the classical estimators;
 //! * [`remove_orders`], what repeats with the spindle;
 //! * [`Regulator`], the current of one coil; [`GapSchedule`], its gain with the gap.
@@ -17,6 +19,7 @@ mod design;
 mod eddy;
 mod error;
 mod excitation;
+mod exciter;
 mod force;
 mod frf;
 mod orders;
@@ -31,6 +34,10 @@ pub use error::CersError;
 pub use excitation::{
     BandNoise, BandNoiseConfig, Course, Dodge, LineSet, Lines, Phases, Prbs, Sweep, VoltageShape,
     crest_factor, lower_crest, multisine,
+};
+pub use exciter::{
+    BLOCKS, Block, Direction, ExcitationJob, LineCollector, LineResponse, Reach, Refused, Seen,
+    SensorPath, Signal, Source,
 };
 pub use force::{AxisForce, Force, Magnet, TRUSTED_PART};
 pub use frf::{Frf, FrfLine, Path, Quantity, Window};

@@ -1,0 +1,20 @@
+//! The exciter at work: a job, the signal it asks for, and what a stepped sine finds out by
+//! itself.
+//!
+//! ```text
+//! ExcitationJob --check--> Source --a period--> change of the currents in x and y
+//!                            ^                                 |
+//!                            +-- force and motion measured <---+
+//!                  Block (every half second or so) --> LineResponse
+//! ```
+//! The source runs in the current loop's interrupt, the rest on the main side.
+
+mod job;
+mod response;
+mod source;
+mod steps;
+
+pub use job::{Direction, ExcitationJob, Reach, Refused, Signal};
+pub use response::{LineCollector, LineResponse, SensorPath};
+pub use source::{Seen, Source};
+pub use steps::{BLOCKS, Block};
