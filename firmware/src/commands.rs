@@ -4,8 +4,10 @@
 //! nobody else.
 
 use crate::board::BoxBoard;
+use crate::rig::RigPlan;
 use crate::sensor_box::SensorBox;
 use crate::store::{self, StoreError};
+use rarma_core::cers::ExcitationJob;
 use rarma_core::guard::{Denial, FaultCode, Mode, Stage};
 use rarma_core::settings::{SCHEMA_VERSION, SETTINGS, SettingError, find};
 use rarma_core::wire::{
@@ -190,7 +192,7 @@ fn carry_out<B: BoxBoard>(
             all.supervisor.stop(now_us);
             Ok(Answer::Done)
         }
-        Command::Arm => done(all.arm(board, now_us)),
+        Command::Arm => all.arm(board, now_us).map(|()| Answer::Done),
         Command::Clear => {
             let energised = board.energised();
             let result = all.supervisor.clear(now_us, energised);
@@ -219,11 +221,36 @@ fn carry_out<B: BoxBoard>(
             ready(all, Mode::Ldbb)?;
             done(all.rig.want_circle(&job))
         }
+        Command::Excite(job) => excite(all, &job, now_us),
+        Command::Quiet => {
+            all.rig.exciting.quiet();
+            Ok(Answer::Done)
+        }
         Command::Status => {
             all.tell_status(board, now_us);
             Ok(Answer::Done)
         }
     }
+}
+
+/// A signal is checked against the plan in force where there is one, and against the
+/// settings of now where outputs are off: it is refused before anything is energised.
+fn excite(all: &mut SensorBox, job: &ExcitationJob, now_us: u64) -> Result<Answer, Refused> {
+    if all.supervisor.mode() != Mode::Cers {
+        return Err(Refused::Denied(Denial::Mode));
+    }
+    let plan = match all.supervisor.stage() {
+        Stage::Off => RigPlan::new(&all.settings, all.loop_hz).map_err(Refused::Denied)?,
+        Stage::Ready => *all.rig.plan(),
+        Stage::Faulted => return Err(Refused::Denied(Denial::FaultLatched)),
+        _ => return Err(Refused::Denied(Denial::NotReady)),
+    };
+    let reach = all.reach(&plan, now_us);
+    all.rig
+        .exciting
+        .want(job, &reach)
+        .map_err(Refused::OutOfReach)?;
+    Ok(Answer::Done)
 }
 
 /// Set points are taken at the working point of the mode that owns them.
@@ -276,7 +303,7 @@ fn keep<B: BoxBoard>(
 ) -> Result<Answer, Refused> {
     let (_, setting) = find(number).ok_or(Refused::Setting(SettingError::Unknown))?;
     // An erase stalls the processor for longer than an order of the current loop lasts.
-    if all.supervisor.stage().energised() || all.supervisor.stage() == Stage::Calibrating {
+    if all.supervisor.stage().in_use() {
         return Err(Refused::Denied(Denial::Energised));
     }
     let (flash, range) = board.flash();

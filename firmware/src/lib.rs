@@ -12,6 +12,7 @@ pub mod board;
 pub mod boards;
 pub mod commands;
 pub mod current_loop;
+pub mod exciting;
 pub mod last_words;
 pub mod link;
 pub mod listen;

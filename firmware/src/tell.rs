@@ -3,6 +3,7 @@
 
 use crate::bar::BarDuty;
 use crate::board::BoxBoard;
+use crate::exciting::Exciting;
 use rarma_core::guard::{FaultCode, FaultRecord, Mode, Severity};
 use rarma_core::wire::{FaultMessage, MAX_FRAME, Telemetry, encode};
 
@@ -57,6 +58,13 @@ impl Teller {
     pub fn circles<B: BoxBoard>(&mut self, board: &mut B, bar: &mut BarDuty) {
         if let Some(news) = bar.news() {
             self.tell(board, &Telemetry::Circle(news));
+        }
+    }
+
+    /// Tells what the exciter has to say, one message a millisecond.
+    pub fn excitation<B: BoxBoard>(&mut self, board: &mut B, exciting: &mut Exciting) {
+        if let Some(news) = exciting.news() {
+            self.tell(board, &Telemetry::Excitation(news));
         }
     }
 

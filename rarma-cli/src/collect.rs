@@ -98,6 +98,7 @@ impl Collector {
             | Telemetry::Health(_)
             | Telemetry::Raw(_)
             | Telemetry::Circle(_)
+            | Telemetry::Excitation(_)
             | Telemetry::Hello(_) => {}
         }
         News::None

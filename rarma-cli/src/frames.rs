@@ -3,7 +3,7 @@
 use crate::speech::shown;
 use rarma_core::guard::{FaultRecord, Severity};
 use rarma_core::settings::find;
-use rarma_core::wire::{Answer, CircleMessage, Deframer, FrameError, Telemetry};
+use rarma_core::wire::{Answer, CircleMessage, Deframer, ExcitationMessage, FrameError, Telemetry};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -110,6 +110,7 @@ pub fn words(message: &Telemetry) -> Option<String> {
         Telemetry::Verdict(_) | Telemetry::Raw(_) | Telemetry::Amplitude(_) => return None,
         Telemetry::Circle(CircleMessage::Points(_)) => return None,
         Telemetry::Circle(circle) => circle_words(circle),
+        Telemetry::Excitation(message) => excitation_words(message),
         Telemetry::Alarm(a) => format!(
             "{} at {:.1} Hz, damping {:.2} %",
             if a.on {
@@ -243,6 +244,49 @@ impl RawSamples {
             next = Some(first + samples.len() as u64);
         }
         (out, missing)
+    }
+}
+
+fn excitation_words(message: &ExcitationMessage) -> String {
+    match message {
+        ExcitationMessage::Started(job) => format!(
+            "excite: {} in {}, {} A rms, {} to {} Hz, for {} s",
+            job.signal.name(),
+            job.direction.name(),
+            job.rms_a,
+            job.low_hz,
+            job.high_hz,
+            job.seconds
+        ),
+        ExcitationMessage::Line(line) => {
+            let [x, y] = line.receptance.map(|(re, im)| (re.hypot(im), im.atan2(re)));
+            let [sx, sy] = line.sd;
+            format!(
+                "line {} of {}: {:8.2} Hz  {:6.2} N  x {:.4} ± {:.4} um/N {:+4.0}°  y {:.4} ± {:.4} um/N {:+4.0}°{}",
+                line.line,
+                if line.axis == 0 { "x" } else { "y" },
+                line.f_hz,
+                line.force_n,
+                1e6 * x.0,
+                1e6 * sx,
+                x.1.to_degrees(),
+                1e6 * y.0,
+                1e6 * sy,
+                y.1.to_degrees(),
+                if line.trusted {
+                    ""
+                } else {
+                    "  (iron near its knee)"
+                }
+            )
+        }
+        ExcitationMessage::Ended(end) => format!(
+            "excite: ended{} after {} periods, {} held back by the supply, {} lines",
+            if end.early { " early" } else { "" },
+            end.periods,
+            end.limited,
+            end.lines
+        ),
     }
 }
 

@@ -1,11 +1,12 @@
 //! Commands to the box in words: typed by people, and written in scenarios.
 
+use rarma_core::cers::{Direction, ExcitationJob, Signal};
 use rarma_core::guard::Mode;
 use rarma_core::settings::{Kind, SETTINGS, Setting, SettingValue};
 use rarma_core::wire::{CircleJob, Command, JOB_PRESSURES};
 
 /// What can be said.
-pub const WORDS: &str = "identify | status | start safe|monitor|cers|ldbb | stop | arm | clear | stream SECONDS | pressure PA | current A | circle MM_PER_MIN BAR,BAR,… [both] [down] | read NAME | set NAME VALUE | save NAME | reset NAME";
+pub const WORDS: &str = "identify | status | start safe|monitor|cers|ldbb | stop | arm | clear | stream SECONDS | pressure PA | current A | circle MM_PER_MIN BAR,BAR,… [both] [down] | excite noise|prbs|sweep|steps x|y|both RMS_A LOW:HIGH SECONDS [LINES] | quiet | read NAME | set NAME VALUE | save NAME | reset NAME";
 
 /// A line to a command.
 ///
@@ -38,6 +39,23 @@ pub fn command(line: &str) -> Result<Command, String> {
         ["pressure", pa] => Command::Pressure { pa: number(pa)? },
         ["current", a] => Command::Current { a: number(a)? },
         ["circle", feed, bars, ref ways @ ..] => circle(number(feed)?, bars, ways)?,
+        ["excite", signal, direction, rms_a, band, seconds] => excite(
+            signal,
+            direction,
+            number(rms_a)?,
+            band,
+            number(seconds)?,
+            None,
+        )?,
+        ["excite", signal, direction, rms_a, band, seconds, lines] => excite(
+            signal,
+            direction,
+            number(rms_a)?,
+            band,
+            number(seconds)?,
+            Some(lines),
+        )?,
+        ["quiet"] => Command::Quiet,
         ["read", name] => Command::Read {
             setting: setting(name)?.number,
         },
@@ -88,6 +106,47 @@ fn circle(feed_mm_min: f32, bars: &str, ways: &[&str]) -> Result<Command, String
         return Err("the pressures must rise and the feed be above 0".to_owned());
     }
     Ok(Command::Circle(job))
+}
+
+/// `excite SIGNAL DIRECTION RMS_A LOW:HIGH SECONDS [LINES]`; what is within reach is the
+/// box's to say.
+fn excite(
+    signal: &str,
+    direction: &str,
+    rms_a: f32,
+    band: &str,
+    seconds: f32,
+    lines: Option<&str>,
+) -> Result<Command, String> {
+    let signal = Signal::ALL
+        .into_iter()
+        .find(|s| s.name() == signal)
+        .ok_or_else(|| format!("`{signal}` is no signal (noise, prbs, sweep, steps)"))?;
+    let direction = Direction::ALL
+        .into_iter()
+        .find(|d| d.name() == direction)
+        .ok_or_else(|| format!("`{direction}` is no direction (x, y, both)"))?;
+    let edges = band.split_once(':').and_then(|(low, high)| {
+        let edge = |text: &str| text.parse::<f32>().ok().filter(|x| x.is_finite());
+        Some((edge(low)?, edge(high)?))
+    });
+    let (low_hz, high_hz) = edges.ok_or_else(|| format!("`{band}` is no band LOW:HIGH in Hz"))?;
+    let lines = match (lines, signal) {
+        (Some(text), _) => text
+            .parse()
+            .map_err(|_| format!("`{text}` is not a number of lines"))?,
+        (None, Signal::Steps) => return Err("steps need a number of lines".to_owned()),
+        (None, _) => 0,
+    };
+    Ok(Command::Excite(ExcitationJob {
+        signal,
+        direction,
+        rms_a,
+        low_hz,
+        high_hz,
+        seconds,
+        lines,
+    }))
 }
 
 /// The setting of a name.
@@ -148,6 +207,16 @@ mod tests {
                 value: SettingValue::Real(0.02)
             })
         );
+        let steps = Command::Excite(ExcitationJob {
+            signal: Signal::Steps,
+            direction: Direction::Both,
+            rms_a: 0.1,
+            low_hz: 300.0,
+            high_hz: 2500.0,
+            seconds: 60.0,
+            lines: 150,
+        });
+        assert_eq!(command("excite steps both 0.1 300:2500 60 150"), Ok(steps));
         for (line, says) in [
             ("fly", "is no command"),
             ("start up", "is no mode"),
@@ -155,6 +224,10 @@ mod tests {
             ("set tacho.pulses 1.5", "tacho.pulses"),
             ("stream inf", "not a number"),
             ("", "is no command"),
+            ("excite hum x 0.1 100:1000 5", "is no signal"),
+            ("excite noise z 0.1 100:1000 5", "is no direction"),
+            ("excite noise x 0.1 100-1000 5", "is no band"),
+            ("excite steps x 0.1 100:1000 5", "number of lines"),
         ] {
             let why = command(line).expect_err(line);
             assert!(why.contains(says), "{line}: {why}");

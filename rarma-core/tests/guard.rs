@@ -62,7 +62,7 @@ proptest! {
                 }
                 Event::Ticks(n) => for _ in 0..n {
                     now += 1000;
-                    let facts = Facts { now_us: now, enable, stop_chain, energised: supervisor.gate(), arrived: true };
+                    let facts = Facts { now_us: now, enable, stop_chain, energised: supervisor.gate(), arrived: true, steady: true, exciting: false };
                     let permission = supervisor.tick(&facts, &mut |_, _| {});
                     if permission.gate {
                         prop_assert!(supervisor.gate() && supervisor.mode().owns_outputs());
@@ -87,6 +87,8 @@ fn outputs_can_come_on_at_all() {
         stop_chain: true,
         energised: false,
         arrived: true,
+        steady: false,
+        exciting: false,
     };
     s.tick(&facts, &mut |_, _| {});
     s.start(Mode::Cers).expect("off");
@@ -96,11 +98,12 @@ fn outputs_can_come_on_at_all() {
     for ms in 1..100u64 {
         facts.now_us = 1000 * ms;
         facts.energised = s.gate();
+        facts.steady = ms >= 50;
         if s.tick(&facts, &mut |r, _| panic!("{r:?}")).gate {
             on = on.or(Some(ms));
         }
     }
-    assert_eq!(on, Some(20));
+    assert_eq!(on, Some(70));
     assert_eq!(s.stage(), Stage::Ready);
 }
 

@@ -4,7 +4,7 @@
 //! owns a [`CurrentLoop`](crate::CurrentLoop) and a [`CoilBridge`] there; the main
 //! side talks to the loop through [`BoxBoard::coils`](super::BoxBoard::coils) only.
 
-use super::{AdcCode, BoardError};
+use super::{AdcCode, BoardError, GAPS};
 
 /// Coils of the exciter: +X, −X, +Y, −Y, in this order.
 pub const COILS: usize = 4;
@@ -27,6 +27,11 @@ pub trait CoilBridge {
     /// The conversion of this period did not happen or was late: the values of the
     /// period before are not given again.
     fn currents(&mut self) -> Result<[AdcCode; COILS], Self::Error>;
+
+    /// Displacement sensors X and Y of this PWM period, sampled with the currents: the gap of
+    /// the + magnet, as in [`SensorCodes::gap`](super::SensorCodes::gap). Called after
+    /// [`Self::currents`] has succeeded.
+    fn gaps(&mut self) -> [AdcCode; GAPS];
 
     /// Mean voltage for the next period as a fraction of the supply, −1..=1: above 0
     /// drives the current up, below 0 drives it down against the supply. All four are

@@ -22,12 +22,13 @@ use crate::listen::Listening;
 use crate::rig::RigDuty;
 use crate::rig::RigPlan;
 use crate::tell::Teller;
+use rarma_core::cers::Reach;
 use rarma_core::guard::{
     CheckIns, Denial, Duty, FaultCode, FaultRecord, InARow, Mode, RigState, RigWatch, Severity,
-    Supervisor,
+    Stage, Supervisor,
 };
 use rarma_core::settings::Settings;
-use rarma_core::wire::Started;
+use rarma_core::wire::{Refused, Started};
 
 /// One pass of the supervisor, µs.
 const TICK_US: u64 = 1_000;
@@ -105,6 +106,7 @@ impl SensorBox {
         if severity == Severity::Trip {
             board.drop_outputs();
             self.rig.fall();
+            self.rig.exciting.forget();
             if self.supervisor.fault() == Some(record) {
                 board.keep(&record.to_kept());
             }
@@ -129,20 +131,35 @@ impl SensorBox {
             return self.supervisor.start(mode);
         }
         self.supervisor.start(mode)?;
+        self.rig.exciting.forget();
         self.listening.end(board, &mut self.tell);
         Ok(())
     }
 
     /// Arms the outputs with the settings of now.
-    pub(crate) fn arm<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) -> Result<(), Denial> {
-        let plan = RigPlan::new(&self.settings, self.loop_hz)?;
+    pub(crate) fn arm<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) -> Result<(), Refused> {
+        let plan = RigPlan::new(&self.settings, self.loop_hz).map_err(Refused::Denied)?;
+        if self.supervisor.mode() == Mode::Cers && self.supervisor.stage() == Stage::Off {
+            let reach = self.reach(&plan, now_us);
+            reach.bias().map_err(Refused::OutOfReach)?;
+            self.rig
+                .exciting
+                .still_goes(&reach)
+                .map_err(Refused::OutOfReach)?;
+        }
         // The emergency stop may have been pressed within this millisecond.
         if !board.contacts().stop_chain {
-            return Err(Denial::StopChainOpen);
+            return Err(Refused::Denied(Denial::StopChainOpen));
         }
-        self.supervisor.arm(now_us)?;
+        self.supervisor.arm(now_us).map_err(Refused::Denied)?;
         self.rig.arm(plan);
         Ok(())
+    }
+
+    /// What the coils can do with a plan, the supply and the spindle of now.
+    pub(crate) fn reach(&self, plan: &RigPlan, now_us: u64) -> Reach {
+        let spindle_hz = self.spindle_hz(now_us).unwrap_or(0.0);
+        plan.reach(self.state.supply_v, spindle_hz)
     }
 
     fn samples<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) {

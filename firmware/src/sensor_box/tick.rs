@@ -42,6 +42,7 @@ impl SensorBox {
         }
         self.tacho(board, now_us);
         self.tell.circles(board, &mut self.rig.bar);
+        self.tell.excitation(board, &mut self.rig.exciting);
         let words = board.unreadable_words();
         if words > 0 {
             self.fault(board, FaultCode::FlashUnreadable, 0, words as f32, now_us);
@@ -107,6 +108,8 @@ impl SensorBox {
             stop_chain: contacts.stop_chain,
             energised: board.energised(),
             arrived: self.rig.arrived(),
+            steady: self.rig.steady(),
+            exciting: self.rig.exciting.runs(),
         };
         // At most one of the stop, the enable input and the host, and the gate.
         let mut trips = [None; 2];
@@ -134,7 +137,7 @@ impl SensorBox {
         true
     }
 
-    fn spindle_hz(&self, now_us: u64) -> Option<f32> {
+    pub(crate) fn spindle_hz(&self, now_us: u64) -> Option<f32> {
         let pulses = self.settings.whole(TACHO_PULSES);
         if pulses == 0 {
             return None;

@@ -1,6 +1,6 @@
 //! The fast side: what the current loop's interrupt sees and does.
 
-use super::plant::{COILS, Plant};
+use super::plant::{COILS, GAPS, Plant};
 use firmware::board::{AdcCode, CoilBridge};
 use firmware::{BoardError, BoardErrorKind};
 
@@ -25,6 +25,7 @@ pub struct SimBridge {
     pub(super) break_latched: Option<u8>,
     pub(super) break_new: bool,
     pub(super) codes: [AdcCode; COILS],
+    pub(super) gaps: [AdcCode; GAPS],
     pub(super) refuse: bool,
     pub(super) dead: bool,
 }
@@ -62,6 +63,10 @@ impl CoilBridge for SimBridge {
         } else {
             Ok(self.codes)
         }
+    }
+
+    fn gaps(&mut self) -> [AdcCode; GAPS] {
+        self.gaps
     }
 
     fn set_duty(&mut self, duty: [f32; COILS]) -> Result<(), BridgeRefused> {

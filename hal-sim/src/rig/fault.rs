@@ -75,6 +75,12 @@ catalogue! {
     Overspeed = "overspeed";
     /// the supply of the power stage falls to 30 V
     SupplyLow = "supply-low";
+    /// the supply of the power stage hunts by 2 V
+    SupplyUnsteady = "supply-unsteady";
+    /// a winding is hotter than its current explains
+    WindingHot = "winding-hot";
+    /// the winding's thermistor is torn off
+    ThermistorLost = "thermistor-lost";
     /// the supply of the power stage rises to 62 V
     SupplyHigh = "supply-high";
     /// the slow converter does not convert any more
@@ -127,6 +133,22 @@ catalogue! {
     HardFault = "hard-fault";
     /// the flash of the settings does not write any more
     FlashWorn = "flash-worn";
+}
+
+impl FaultKind {
+    /// It changes a coil's circuit, which only the rig without magnets can do.
+    pub const fn needs_chokes(self) -> bool {
+        matches!(
+            self,
+            Self::CoilOpen
+                | Self::CoilShort
+                | Self::CoilDeadShort
+                | Self::CurrentSurge
+                | Self::SupplyLow
+                | Self::SupplyHigh
+                | Self::SupplyUnsteady
+        )
+    }
 }
 
 /// A fault, where, from when to when.

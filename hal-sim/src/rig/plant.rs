@@ -2,6 +2,8 @@
 //! gauge, a supply. Simple on purpose: enough for every protection to have something to
 //! protect.
 
+use crate::plant::cers::{ExciterConfig, ExciterPlant, Reading, SensorConfig};
+use crate::plant::error::PlantError;
 use crate::plant::ldbb::Bench;
 use rand::Rng;
 use rand::SeedableRng;
@@ -43,6 +45,9 @@ pub struct RigConfig {
     pub noise_codes: f64,
     /// Zero error of the current sensors, A.
     pub offset_a: [f64; COILS],
+    /// Temperature of the hottest winding, K, and B of its thermistor, K, on the gauge's input;
+    /// none: the gauge is there.
+    pub thermistor: Option<(f64, f64)>,
 }
 
 impl Default for RigConfig {
@@ -61,6 +66,7 @@ impl Default for RigConfig {
             vent_lag_s: 0.05,
             noise_codes: 1.2,
             offset_a: [0.03, -0.02, 0.01, -0.04],
+            thermistor: None,
         }
     }
 }
@@ -84,6 +90,8 @@ pub struct Spoilt {
     pub valve_adds_pa: f64,
     /// Part of the pressure that leaks away.
     pub leak: f64,
+    /// Windings are hotter by this, K.
+    pub hotter_k: f64,
     /// The gauge moves out by this, m.
     pub gauge_m: f64,
 }
@@ -105,9 +113,46 @@ pub struct Plant {
     /// The machine under the bar; none: its circle is some µm, whatever the pressure.
     pub bar: Option<Bench>,
     bar_gauge_m: f64,
+    /// Magnets and spindle behind the coils; none: four chokes and gaps that run out by 3 µm.
+    /// Faults of coils are the chokes'.
+    exciter: Option<ExciterPlant>,
+    seen: Reading,
 }
 
 impl Plant {
+    /// Puts magnets and a spindle behind the coils. The rig's own converters stand for those of
+    /// the plant's sensors.
+    ///
+    /// # Errors
+    /// `OutOfRange`, a field of the plant.
+    pub fn attach(&mut self, config: ExciterConfig, seed: u64) -> Result<(), PlantError> {
+        let config = ExciterConfig {
+            sensors: SensorConfig {
+                displacement_hz: config.sensors.displacement_hz,
+                acceleration_hz: config.sensors.acceleration_hz,
+                current_gain_error: config.sensors.current_gain_error,
+                acceleration_noise_m_per_s2: config.sensors.acceleration_noise_m_per_s2,
+                ..config.sensors.quiet()
+            },
+            supply_v: self.config.supply_v,
+            ..config
+        };
+        self.exciter = Some(ExciterPlant::new(config, seed)?);
+        Ok(())
+    }
+
+    /// Magnets and spindle, where there are some.
+    pub fn exciter(&self) -> Option<&ExciterPlant> {
+        self.exciter.as_ref()
+    }
+
+    /// Acceleration at the front bearing, m/s²; none without a spindle.
+    pub fn acceleration_m_per_s2(&self) -> Option<[f64; 2]> {
+        self.exciter
+            .as_ref()
+            .map(|_| self.seen.acceleration_m_per_s2)
+    }
+
     /// A plant at rest.
     pub fn new(config: RigConfig, seed: u64) -> Self {
         Self {
@@ -121,6 +166,8 @@ impl Plant {
             time_s: 0.0,
             bar: None,
             bar_gauge_m: 0.0,
+            exciter: None,
+            seen: Reading::default(),
         }
     }
 
@@ -130,9 +177,18 @@ impl Plant {
         &mut self,
         dt_s: f64,
         duty: Option<[f64; COILS]>,
+        spindle_hz: f64,
         spoilt: &Spoilt,
     ) -> Option<usize> {
         self.time_s += dt_s;
+        if let Some(exciter) = &mut self.exciter {
+            exciter.turn(spindle_hz);
+            exciter.drive(duty);
+            self.seen = exciter.read();
+            self.current_a = exciter.truth().current_a;
+            let beyond = |i: &f64| *i > self.config.comparator_a;
+            return self.current_a.iter().position(beyond);
+        }
         let supply = spoilt.supply_v.unwrap_or(self.config.supply_v);
         let mut tripped = None;
         for (k, current) in self.current_a.iter_mut().enumerate() {
@@ -211,13 +267,20 @@ impl Plant {
 
     /// Code of a coil's current sensor.
     pub fn current_code(&mut self, coil: usize) -> u16 {
-        let i = self.current_a[coil] + self.config.offset_a[coil];
+        let i = match &self.exciter {
+            Some(_) => self.seen.current_a[coil],
+            None => self.current_a[coil],
+        };
+        let i = i + self.config.offset_a[coil];
         self.code(0.5 + i / self.config.span_a)
     }
 
-    /// Code of a displacement sensor. The spindle runs out by 3 µm.
+    /// Code of a displacement sensor: the gap of the + magnet.
     pub fn gap_code(&mut self, axis: usize) -> u16 {
-        let swing = 3e-6 * (core::f64::consts::TAU * 50.0 * self.time_s + axis as f64).sin();
+        let swing = match &self.exciter {
+            Some(_) => -self.seen.displacement_m[axis],
+            None => 3e-6 * (core::f64::consts::TAU * 50.0 * self.time_s + axis as f64).sin(),
+        };
         let gap = self.config.gap_m - self.closed_m[axis] + swing;
         self.code(gap / self.config.gap_span_m)
     }
@@ -229,6 +292,11 @@ impl Plant {
 
     /// Code of the gauge: the machine's circle is off by some µm.
     pub fn gauge_code(&mut self, spoilt: &Spoilt) -> u16 {
+        if let Some((kelvin, b_k)) = self.config.thermistor {
+            let kelvin = kelvin + spoilt.hotter_k;
+            let ratio = (b_k * (1.0 / kelvin - 1.0 / 298.15)).exp();
+            return self.code(1.0 / (1.0 + ratio));
+        }
         let circle = match self.bar {
             Some(_) => self.bar_gauge_m,
             None => 8e-6 * (core::f64::consts::TAU * 0.03 * self.time_s).sin(),

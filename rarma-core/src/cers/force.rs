@@ -149,6 +149,17 @@ pub struct AxisForce<T> {
 }
 
 impl<T: Real> AxisForce<T> {
+    /// Two magnets whose poles stand at ±`pole_angle_rad` to the axis, `gap_m` away at x = 0.
+    pub fn new(plus: Magnet<T>, minus: Magnet<T>, gap_m: T, pole_angle_rad: T) -> Self {
+        let (_, gap_per_displacement) = pole_angle_rad.sin_cos();
+        Self {
+            plus,
+            minus,
+            gap_m,
+            gap_per_displacement,
+        }
+    }
+
     /// Force from both currents in A and the displacement in m, of the same instant.
     #[inline]
     pub fn force(&self, plus_a: T, minus_a: T, displacement_m: T) -> Force<T> {

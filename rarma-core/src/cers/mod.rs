@@ -36,8 +36,8 @@ pub use excitation::{
     crest_factor, lower_crest, multisine,
 };
 pub use exciter::{
-    BLOCKS, Block, Direction, ExcitationJob, LineCollector, LineResponse, Reach, Refused, Seen,
-    SensorPath, Signal, Source,
+    BLOCKS, Block, Direction, ExcitationJob, JobField, LineCollector, LineResponse, OutOfReach,
+    Reach, Seen, SensorPath, Signal, Source,
 };
 pub use force::{AxisForce, Force, Magnet, TRUSTED_PART};
 pub use frf::{Frf, FrfLine, Path, Quantity, Window};

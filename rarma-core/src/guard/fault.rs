@@ -112,6 +112,12 @@ faults! {
     GapClosed = 31, "gap-closed", "m", Cers;
     /// The spindle is faster than allowed; value: Hz.
     Overspeed = 32, "overspeed", "Hz", Cers;
+    /// The supply does not come to rest before the outputs are switched on; value: waited, s.
+    SupplyUnsteady = 33, "supply-unsteady", "s", Outputs;
+    /// A winding is hotter than allowed; value: K.
+    WindingHot = 34, "winding-hot", "K", Cers;
+    /// The winding's thermistor is torn off or shorted; value: code.
+    ThermistorLost = 35, "thermistor-lost", "code", Cers;
 
     /// The pressure transducer is out of its range; value: code.
     PressureSensorLost = 40, "pressure-sensor-lost", "code", Ldbb;

@@ -42,12 +42,16 @@ pub enum Stage {
     /// Everything off.
     #[default]
     Off,
+    /// Off; the supply of the power stage has to be steady.
+    Precharge,
     /// Off; the sensors' zeros are being measured.
     Calibrating,
     /// Coming up to the working point.
     Ramping,
     /// At the working point.
     Ready,
+    /// At the working point, and a signal on top of it.
+    Exciting,
     /// Going down in order.
     Stopping,
     /// Off, and a fault is latched.
@@ -57,16 +61,26 @@ pub enum Stage {
 impl Stage {
     /// Whether outputs may be on.
     pub const fn energised(self) -> bool {
-        matches!(self, Self::Ramping | Self::Ready | Self::Stopping)
+        matches!(
+            self,
+            Self::Ramping | Self::Ready | Self::Exciting | Self::Stopping
+        )
+    }
+
+    /// Whether outputs are on, or on their way there.
+    pub const fn in_use(self) -> bool {
+        !matches!(self, Self::Off | Self::Faulted)
     }
 
     /// As it is spelled on screens.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Off => "off",
+            Self::Precharge => "precharge",
             Self::Calibrating => "calibrating",
             Self::Ramping => "ramping",
             Self::Ready => "ready",
+            Self::Exciting => "exciting",
             Self::Stopping => "stopping",
             Self::Faulted => "faulted",
         }

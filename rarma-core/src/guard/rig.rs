@@ -6,7 +6,7 @@
 
 use super::fault::FaultCode;
 use super::mode::Mode;
-use super::watch::{Disobedience, Follows, Heat, InARow, Still};
+use super::watch::{Disobedience, Follows, Heat, InARow, Still, thermistor_k};
 
 /// Coils, gaps.
 const COILS: usize = 4;
@@ -50,6 +50,10 @@ pub struct RigLimits {
     pub supply_v: (f32, f32),
     /// See [`Self::supply_v`].
     pub supply_span_v: f32,
+    /// Greatest temperature of a winding, K, and B of the thermistor, K; 0: there is none.
+    pub winding_k: f32,
+    /// See [`Self::winding_k`].
+    pub thermistor_b_k: f32,
     /// Greatest spindle frequency, Hz.
     pub overspeed_hz: f32,
     /// Greatest pressure set point, Pa.
@@ -155,6 +159,8 @@ pub struct RigWatch {
     gauge_lost: InARow,
     gauge_range: InARow,
     overspeed: InARow,
+    winding_lost: InARow,
+    winding_hot: InARow,
     follows: Follows,
     following: bool,
 }
@@ -187,6 +193,7 @@ impl RigWatch {
             Mode::Cers => {
                 self.coils(limits, coils, v, found);
                 self.gaps(limits, codes, &state, found);
+                self.winding(limits, codes.gauge, found);
                 let fast = spindle_hz.is_some_and(|hz| !(hz <= limits.overspeed_hz));
                 if self.overspeed.bad(fast, BAD_MS) {
                     found(FaultCode::Overspeed, 0, spindle_hz.unwrap_or(0.0));
@@ -238,6 +245,29 @@ impl RigWatch {
             if short.bad(!(ohm >= SHORT_PART * limits.resistance_ohm), SHORT_MS) {
                 found(FaultCode::CoilShort, k as u8, ohm);
             }
+        }
+    }
+
+    /// The thermistor, on the input that the gauge has in the other rig.
+    fn winding(
+        &mut self,
+        limits: &RigLimits,
+        code: u16,
+        found: &mut impl FnMut(FaultCode, u8, f32),
+    ) {
+        if !(limits.thermistor_b_k > 0.0) {
+            return;
+        }
+        let lost = at_end(code);
+        if self.winding_lost.bad(lost, BAD_MS) {
+            found(FaultCode::ThermistorLost, 0, f32::from(code));
+        }
+        let k = thermistor_k(f32::from(code) * (1.0 / 65535.0), limits.thermistor_b_k);
+        if self
+            .winding_hot
+            .bad(!lost && !(k <= limits.winding_k), BAD_MS)
+        {
+            found(FaultCode::WindingHot, 0, k);
         }
     }
 

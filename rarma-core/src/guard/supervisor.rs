@@ -1,7 +1,8 @@
 //! Who may energise what, and when: modes, stages, trips.
 //!
 //! ```text
-//! Off --arm--> Calibrating --20 ms--> Ramping --ramp--> Ready --stop--> Stopping --> Off
+//! Off --arm--> Precharge --steady--> Calibrating --20 ms--> Ramping --ramp--> Ready
+//! Ready <--signal--> Exciting,   either --stop--> Stopping --> Off
 //!   any of them --trip--> Faulted --clear, causes gone--> Off
 //! ```
 //! Rate: once a millisecond, and at every command. The answer of [`Supervisor::tick`] is the
@@ -13,6 +14,8 @@ use serde::{Deserialize, Serialize};
 
 /// Time for the zeros of the sensors, µs.
 pub const CALIBRATION_US: u64 = 20_000;
+/// A supply that is not steady by then is a fault, µs.
+pub const PRECHARGE_US: u64 = 2_000_000;
 
 /// Why a command is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -52,6 +55,10 @@ pub struct Facts {
     pub energised: bool,
     /// The set point has arrived where the stage sends it.
     pub arrived: bool,
+    /// The supply has not moved for a while.
+    pub steady: bool,
+    /// A signal runs on top of the working point.
+    pub exciting: bool,
 }
 
 /// What is allowed from now on.
@@ -138,7 +145,7 @@ impl Supervisor {
     /// # Errors
     /// Outputs are on, or an output mode is asked for while a fault is latched.
     pub fn start(&mut self, mode: Mode) -> Result<(), Denial> {
-        if self.stage.energised() || self.stage == Stage::Calibrating {
+        if self.stage.in_use() {
             return Err(Denial::Energised);
         }
         if self.stage == Stage::Faulted && mode.owns_outputs() {
@@ -171,15 +178,15 @@ impl Supervisor {
         if !self.heard(now_us) {
             return Err(Denial::NoHeartbeat);
         }
-        self.go(Stage::Calibrating, now_us);
+        self.go(Stage::Precharge, now_us);
         Ok(())
     }
 
     /// Lets the outputs down in order. From any stage; does nothing where they are off.
     pub fn stop(&mut self, now_us: u64) {
         match self.stage {
-            Stage::Ramping | Stage::Ready => self.go(Stage::Stopping, now_us),
-            Stage::Calibrating => self.go(Stage::Off, now_us),
+            Stage::Ramping | Stage::Ready | Stage::Exciting => self.go(Stage::Stopping, now_us),
+            Stage::Precharge | Stage::Calibrating => self.go(Stage::Off, now_us),
             Stage::Off | Stage::Stopping | Stage::Faulted => {}
         }
     }
@@ -257,7 +264,7 @@ impl Supervisor {
             {
                 wrong(self, FaultCode::EmergencyStop, 0.0);
             }
-        } else if self.stage.energised() || self.stage == Stage::Calibrating {
+        } else if self.stage.in_use() {
             if !facts.enable {
                 wrong(self, FaultCode::EnableLost, 0.0);
             } else if !self.heard(now) {
@@ -274,8 +281,14 @@ impl Supervisor {
         }
         let in_stage = now.saturating_sub(self.since_us);
         match self.stage {
+            Stage::Precharge if facts.steady => self.go(Stage::Calibrating, now),
+            Stage::Precharge if in_stage >= PRECHARGE_US => {
+                wrong(self, FaultCode::SupplyUnsteady, in_stage as f32 * 1e-6);
+            }
             Stage::Calibrating if in_stage >= CALIBRATION_US => self.go(Stage::Ramping, now),
             Stage::Ramping if facts.arrived && in_stage > 1000 => self.go(Stage::Ready, now),
+            Stage::Ready if facts.exciting => self.go(Stage::Exciting, now),
+            Stage::Exciting if !facts.exciting => self.go(Stage::Ready, now),
             Stage::Stopping if facts.arrived && in_stage > 1000 => self.go(Stage::Off, now),
             _ => {}
         }
@@ -287,7 +300,7 @@ impl Supervisor {
         Permission {
             gate,
             calibrate: self.stage == Stage::Calibrating,
-            rise: matches!(self.stage, Stage::Ramping | Stage::Ready),
+            rise: matches!(self.stage, Stage::Ramping | Stage::Ready | Stage::Exciting),
         }
     }
 

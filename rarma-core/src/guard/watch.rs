@@ -35,6 +35,42 @@ impl Still {
     }
 }
 
+/// A value that has come to rest: within 2 % of where it was for so many milliseconds.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Steady {
+    around: f32,
+    run: u32,
+}
+
+/// A value further off than this part of itself has moved.
+const STEADY_PART: f32 = 0.02;
+
+impl Steady {
+    /// Takes one value; true when the last `limit` ones were around the same.
+    #[inline]
+    pub fn steady(&mut self, value: f32, limit: u32) -> bool {
+        if (value - self.around).abs() <= STEADY_PART * self.around.abs() {
+            self.run = self.run.saturating_add(1);
+        } else {
+            self.around = value;
+            self.run = 0;
+        }
+        self.run >= limit
+    }
+}
+
+/// Temperature of a 10 kΩ thermistor from the supply of the converter to its input, with
+/// 10 kΩ from there to ground, K.
+///
+/// ```text
+/// R = 10 kΩ·(1 − u)/u,   1/T = 1/298.15 K + ln(R/10 kΩ)/B
+/// ```
+/// u is the part of the converter's range, B in K. A torn wire reads u = 0.
+#[must_use]
+pub fn thermistor_k(part: f32, b_k: f32) -> f32 {
+    1.0 / (1.0 / 298.15 + libm::logf((1.0 - part) / part) / b_k)
+}
+
 /// Heat of a winding: dθ/dt = ((i/i_n)² − θ)/τ, full at 1.
 ///
 /// At a steady i > i_n it is full after τ·ln(r/(r − 1)), r = (i/i_n)². Runs once a
@@ -134,5 +170,30 @@ impl Follows {
     /// How far the pressure is short of the expected one, Pa.
     pub fn short(&self, measured: f32) -> f32 {
         self.expected - measured
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steady_is_what_has_not_moved() {
+        let mut s = Steady::default();
+        assert!((0..50).all(|k| !s.steady(48.0 + 0.01 * k as f32, 50)));
+        assert!(s.steady(48.4, 50));
+        assert!(!s.steady(50.0, 50));
+        // A ramp of 2 % in 10 ms never is; nor is a value that is not a number.
+        assert!((0..500).all(|k| !s.steady(10.0 + 0.1 * k as f32, 50)));
+        assert!((0..500).all(|_| !s.steady(f32::NAN, 50)));
+    }
+
+    #[test]
+    fn thermistors_read_what_their_tables_say() {
+        // B = 3950 K: 10 kΩ at 25 °C, 3.588 kΩ at 50 °C, 0.697 kΩ at 100 °C.
+        for (celsius, ohm) in [(25.0, 10e3), (50.0, 3588.0), (100.0, 697.0)] {
+            let k = thermistor_k(10e3 / (10e3 + ohm), 3950.0);
+            assert!((k - 273.15 - celsius).abs() < 0.2, "{celsius}: {k}");
+        }
     }
 }

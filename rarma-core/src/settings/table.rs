@@ -112,6 +112,23 @@ table! {
     51 CERS_OVERSPEED: Real "cers.overspeed", "Hz", 1.0, 2000.0, 310.0, AtOnce,
         "a spindle faster than this is a fault";
 
+    52 CERS_POLE_ANGLE: Real "cers.pole-angle", "rad", 0.0, 1.2, 0.392_699, NextArm,
+        "half the angle between the poles of a magnet: 22.5° with eight poles";
+    53 CERS_LAMINATION: Real "cers.lamination", "m", 0.0, 2e-3, 3.5e-4, NextArm,
+        "thickness of a lamination: the lag of the flux is taken out of responses; 0: it is not";
+    54 CERS_IRON_PATH: Real "cers.iron-path", "m", 0.0, 2.0, 0.12, NextArm,
+        "path of the flux in iron";
+    55 CERS_LEAKAGE: Real "cers.leakage", "1", 0.0, 1.0, 0.15, NextArm,
+        "part of the inductance that does not change with the gap, over that which does";
+    56 CERS_GAP_CORNER: Real "cers.gap-corner", "Hz", 0.0, 1e5, 1e4, NextArm,
+        "corner of the displacement sensors (second order), taken out of responses; 0: none";
+    57 CERS_ORDER: Whole "cers.order", "1", 0, 8, 0, NextMode,
+        "listens while exciting: 0 no, n: the model order that monitor.order calls n − 1";
+    58 CERS_WINDING_LIMIT: Real "cers.winding-limit", "K", 300.0, 500.0, 393.15, AtOnce,
+        "a winding hotter than this is a fault";
+    59 CERS_THERMISTOR: Real "cers.thermistor", "K", 0.0, 6000.0, 0.0, AtOnce,
+        "B of a 10 kΩ thermistor on the gauge's input while the mode is cers; 0: there is none";
+
     60 LDBB_MOST: Real "ldbb.most", "Pa", 4e4, 9e5, 7.2e5, NextArm,
         "no pressure set point exceeds this; 1.1 times it is a fault";
     61 LDBB_REST: Real "ldbb.rest", "Pa", 0.0, 1e5, 4e4, NextArm,
@@ -132,4 +149,29 @@ table! {
         "a gauge beyond ± this is a fault";
     69 LDBB_LAG: Real "ldbb.lag", "s", 0.005, 2.0, 0.1, NextArm,
         "time constant of regulator and cylinder";
+
+    100 CERS_GAIN_XP: Real "cers.gain-xp", "N·m²/A²", 0.0, 1e-3, 0.0, NextArm,
+        "K of the magnet +X from its calibration; 0: not calibrated, nothing is excited";
+    101 CERS_OFFSET_XP: Real "cers.offset-xp", "m", -1e-4, 1e-3, 2e-5, NextArm,
+        "δ of the magnet +X: what iron adds to its gap";
+    102 CERS_KNEE_XP: Real "cers.knee-xp", "A/m", 1.0, 1e7, 1.91e4, NextArm,
+        "h of the magnet +X: field at the knee of its iron";
+    103 CERS_GAIN_XM: Real "cers.gain-xm", "N·m²/A²", 0.0, 1e-3, 0.0, NextArm,
+        "K of the magnet −X";
+    104 CERS_OFFSET_XM: Real "cers.offset-xm", "m", -1e-4, 1e-3, 2e-5, NextArm,
+        "δ of the magnet −X";
+    105 CERS_KNEE_XM: Real "cers.knee-xm", "A/m", 1.0, 1e7, 1.91e4, NextArm,
+        "h of the magnet −X";
+    106 CERS_GAIN_YP: Real "cers.gain-yp", "N·m²/A²", 0.0, 1e-3, 0.0, NextArm,
+        "K of the magnet +Y";
+    107 CERS_OFFSET_YP: Real "cers.offset-yp", "m", -1e-4, 1e-3, 2e-5, NextArm,
+        "δ of the magnet +Y";
+    108 CERS_KNEE_YP: Real "cers.knee-yp", "A/m", 1.0, 1e7, 1.91e4, NextArm,
+        "h of the magnet +Y";
+    109 CERS_GAIN_YM: Real "cers.gain-ym", "N·m²/A²", 0.0, 1e-3, 0.0, NextArm,
+        "K of the magnet −Y";
+    110 CERS_OFFSET_YM: Real "cers.offset-ym", "m", -1e-4, 1e-3, 2e-5, NextArm,
+        "δ of the magnet −Y";
+    111 CERS_KNEE_YM: Real "cers.knee-ym", "A/m", 1.0, 1e7, 1.91e4, NextArm,
+        "h of the magnet −Y";
 }

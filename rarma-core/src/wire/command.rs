@@ -5,6 +5,7 @@
 //! twice. A frame that is whole but not a command is refused by its number; one that is
 //! not whole cannot be answered: it is counted and told.
 
+use crate::cers::{ExcitationJob, OutOfReach};
 use crate::guard::{Denial, FaultRecord, Mode, Severity, Stage};
 use crate::settings::{SettingError, SettingValue};
 use crate::wire::circle::CircleJob;
@@ -67,6 +68,11 @@ pub enum Command {
     Status,
     /// A whole test of LDBB under way: pressures, circles, findings.
     Circle(CircleJob),
+    /// A signal on top of the bias of CERS. Taken at the working point, where it starts at
+    /// once, and with outputs off: it then starts as soon as they are armed and ready.
+    Excite(ExcitationJob),
+    /// End the signal, keep the bias.
+    Quiet,
 }
 
 /// The answer to a command.
@@ -105,6 +111,8 @@ pub enum Refused {
     Denied(Denial),
     /// The setting is unknown or its value is not allowed.
     Setting(SettingError),
+    /// The bias or the signal is beyond what coils and supply can do.
+    OutOfReach(OutOfReach),
     /// The flash did not take it; the value is in force all the same.
     Flash,
     /// There is no room in the flash.

@@ -8,6 +8,7 @@ use crate::monitor::{
 use crate::real::Real;
 use crate::wire::circle::CircleMessage;
 use crate::wire::command::{FaultMessage, Health, Identity, Raw, Reply, Status};
+use crate::wire::excitation::ExcitationMessage;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -60,6 +61,8 @@ pub enum Telemetry {
     Hello(Identity),
     /// A circle under load.
     Circle(CircleMessage),
+    /// Excitation of a spindle.
+    Excitation(ExcitationMessage),
 }
 
 /// The verdict at one instant.

@@ -2,6 +2,7 @@
 
 mod circle;
 mod command;
+mod excitation;
 mod frame;
 mod message;
 
@@ -12,6 +13,7 @@ pub use command::{
     Answer, Command, FaultMessage, Health, Identity, RAW_SAMPLES, Raw, Refused, Reply,
     SettingMessage, Started, Status,
 };
+pub use excitation::{EndMessage, ExcitationMessage, LineMessage};
 pub use frame::{Deframer, FrameError, Head, MAGIC, MAX_FRAME, VERSION, decode, encode, head};
 pub use message::{
     AlarmMessage, AmplitudeMessage, Finished, HistogramMessage, ModeMessage, MonitorJob, Notice,

@@ -10,7 +10,7 @@ use super::resonance::{RATE_HZ, Resonance};
 use super::uart::Uart;
 use crate::board::{
     AdcCode, Block, BoardError, BoardErrorKind, BoxBoard, COILS, Clock, CoilBridge, Contacts,
-    DacCode, Emergency, Lights, Pulse, ResetCause, SensorCodes,
+    DacCode, Emergency, GAPS, Lights, Pulse, ResetCause, SensorCodes,
 };
 use crate::current_loop::{CoilOrder, CoilReport, CurrentLoop};
 use core::ops::Range;
@@ -49,6 +49,10 @@ impl CoilBridge for NoBridges {
 
     fn currents(&mut self) -> Result<[AdcCode; COILS], Absent> {
         Err(Absent::Converter)
+    }
+
+    fn gaps(&mut self) -> [AdcCode; GAPS] {
+        [AdcCode(0); GAPS]
     }
 
     fn set_duty(&mut self, _: [f32; COILS]) -> Result<(), Absent> {

@@ -6,7 +6,7 @@
 
 use super::timing::{self, DEAD_TIME_NS, PWM_HZ, PWM_TOP};
 use super::{injected, scaling};
-use crate::board::{AdcCode, BoardError, BoardErrorKind, COILS, CoilBridge, DacCode};
+use crate::board::{AdcCode, BoardError, BoardErrorKind, COILS, CoilBridge, DacCode, GAPS};
 use crate::current_loop::{CoilAction, CoilOrder, CoilReport, CurrentLoop};
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -111,6 +111,10 @@ impl CoilBridge for Bridges {
             return Err(BridgeError::NotConverted);
         }
         Ok([code(ADC3, 0), code(ADC3, 1), code(ADC3, 2), code(ADC4, 0)])
+    }
+
+    fn gaps(&mut self) -> [AdcCode; GAPS] {
+        [1, 2].map(|rank| scaling::left_aligned(ADC4.jdr(rank).read().0))
     }
 
     fn set_duty(&mut self, duty: [f32; COILS]) -> Result<(), BridgeError> {

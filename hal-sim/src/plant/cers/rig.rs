@@ -194,6 +194,13 @@ impl ExciterPlant {
         }
     }
 
+    /// Runs one period with this duty in this very period: for a board that keeps the PWM's
+    /// delay itself. None: switches open.
+    pub fn drive(&mut self, duty: Option<[f64; COILS]>) {
+        self.duty = duty;
+        self.period(duty);
+    }
+
     /// Runs one period; `duty`, mean voltage over the supply's, drives the next one. None:
     /// switches open, at once.
     pub fn period(&mut self, duty: Option<[f64; COILS]>) {

@@ -8,6 +8,7 @@ use super::fault::{FaultEvent, FaultKind};
 use super::flash::SimFlash;
 use super::link::RigLink;
 use super::plant::{Plant, RigConfig};
+use crate::plant::cers::ExciterConfig;
 use firmware::board::{Contacts, Emergency, Lights, ResetCause};
 use firmware::{BoardError, BoardErrorKind, CurrentLoop};
 use rarma_core::guard::KEPT_BYTES;
@@ -41,6 +42,9 @@ pub struct RigSetUp {
     pub spindle_hz: f64,
     /// Faults to come.
     pub faults: Vec<FaultEvent>,
+    /// Magnets and a spindle behind the coils; none: chokes, and gaps that run out a little.
+    /// Faults of coils are the chokes' alone.
+    pub magnets: Option<ExciterConfig>,
 }
 
 impl Default for RigSetUp {
@@ -50,6 +54,7 @@ impl Default for RigSetUp {
             seed: 1,
             spindle_hz: 50.0,
             faults: Vec::new(),
+            magnets: None,
         }
     }
 }
@@ -102,7 +107,22 @@ impl fmt::Debug for SimRig {
 
 impl SimRig {
     /// A rig that hears `sound`, 48 kHz in parts of full scale. Contacts are closed.
+    ///
+    /// # Panics
+    /// If the plant of the magnets is out of its range, or magnets and faults of coils come
+    /// together.
     pub fn new(set_up: RigSetUp, sound: impl Iterator<Item = f32> + 'static) -> Self {
+        let mut plant = Plant::new(set_up.plant, set_up.seed);
+        if let Some(magnets) = set_up.magnets {
+            let of_coils = |f: &FaultEvent| f.kind.needs_chokes();
+            assert!(
+                !set_up.faults.iter().any(of_coils),
+                "faults of coils need a rig without magnets"
+            );
+            if let Err(why) = plant.attach(magnets, set_up.seed) {
+                panic!("magnets: {why}");
+            }
+        }
         Self {
             now_us: 0,
             start_us: 0,
@@ -111,7 +131,7 @@ impl SimRig {
             sample_offset: 0,
             held: 0.0,
             missing: 0,
-            plant: Plant::new(set_up.plant, set_up.seed),
+            plant,
             bridge: SimBridge::default(),
             coil_loop: CurrentLoop::new(),
             done: vec![false; set_up.faults.len()],

@@ -108,17 +108,7 @@ impl BoxBoard for SimRig {
         } else {
             self.spoilt()
         };
-        let mut gap = [0; 2];
-        for (axis, code) in gap.iter_mut().enumerate() {
-            *code = self.plant.gap_code(axis);
-            if self.stands(FaultKind::GapLost) == Some(axis) {
-                *code = 0;
-            }
-            if self.stands(FaultKind::GapStuck) == Some(axis) {
-                *code = self.gap_held[axis];
-            }
-            self.gap_held[axis] = *code;
-        }
+        let gap = self.gap_codes();
         let mut pressure = self.plant.pressure_code();
         if self.stands(FaultKind::PressureLost).is_some() {
             pressure = 0;
@@ -126,6 +116,9 @@ impl BoxBoard for SimRig {
         let mut gauge = self.plant.gauge_code(&spoilt);
         if self.stands(FaultKind::GaugeLost).is_some() {
             gauge = u16::MAX;
+        }
+        if self.stands(FaultKind::ThermistorLost).is_some() {
+            gauge = 0;
         }
         Ok(SensorCodes {
             gap: gap.map(AdcCode),

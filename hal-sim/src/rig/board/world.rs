@@ -5,7 +5,7 @@ use super::{PERIOD_US, SAMPLE_HZ, SimRig};
 use crate::rig::bridge::SimBridge;
 use crate::rig::fault::FaultKind;
 use crate::rig::plant::Spoilt;
-use firmware::board::{Emergency, ResetCause, WATCHDOG_US};
+use firmware::board::{AdcCode, Emergency, ResetCause, WATCHDOG_US};
 
 impl SimRig {
     pub(super) fn samples_due(&self) -> u64 {
@@ -22,6 +22,7 @@ impl SimRig {
             closing: at(FaultKind::GapClosing).map(|axis| (axis, 2e-3)),
             supply_v: at(FaultKind::SupplyLow)
                 .map(|_| 30.0)
+                .or(at(FaultKind::SupplyUnsteady).map(|_| self.wobbling_v()))
                 .or(at(FaultKind::SupplyHigh).map(|_| 62.0)),
             valve_stuck: at(FaultKind::ValveStuck).is_some(),
             valve_adds_pa: if at(FaultKind::PressureHigh).is_some() {
@@ -34,6 +35,11 @@ impl SimRig {
             } else {
                 0.0
             },
+            hotter_k: if at(FaultKind::WindingHot).is_some() {
+                120.0
+            } else {
+                0.0
+            },
             gauge_m: if at(FaultKind::GaugeRange).is_some() {
                 1.05e-3
             } else {
@@ -42,12 +48,34 @@ impl SimRig {
         }
     }
 
+    /// Codes of the displacement sensors.
+    pub(super) fn gap_codes(&mut self) -> [u16; 2] {
+        let mut gap = [0; 2];
+        for (axis, code) in gap.iter_mut().enumerate() {
+            *code = self.plant.gap_code(axis);
+            if self.stands(FaultKind::GapLost) == Some(axis) {
+                *code = 0;
+            }
+            if self.stands(FaultKind::GapStuck) == Some(axis) {
+                *code = self.gap_held[axis];
+            }
+            self.gap_held[axis] = *code;
+        }
+        gap
+    }
+
+    /// A supply that hunts: 48 V ± 2 V at 20 Hz.
+    fn wobbling_v(&self) -> f64 {
+        48.0 + 2.0 * (core::f64::consts::TAU * 20e-6 * self.now_us as f64).sin()
+    }
+
     /// One period of the current loop.
     pub(super) fn period(&mut self, spoilt: &Spoilt) {
         self.now_us += PERIOD_US;
         if self.off_for_us > 0 {
             self.off_for_us = self.off_for_us.saturating_sub(PERIOD_US);
-            self.plant.coils(1e-6 * PERIOD_US as f64, None, spoilt);
+            self.plant
+                .coils(1e-6 * PERIOD_US as f64, None, self.spindle_hz, spoilt);
             if self.now_us.is_multiple_of(1000) {
                 self.plant.slow(None, spoilt);
             }
@@ -56,7 +84,10 @@ impl SimRig {
         self.bridge.now = self.bridge.next;
         let driven = self.bridge.now.filter(|_| self.gate);
         let duty = driven.map(|d| d.map(f64::from));
-        if let Some(coil) = self.plant.coils(1e-6 * PERIOD_US as f64, duty, spoilt) {
+        if let Some(coil) = self
+            .plant
+            .coils(1e-6 * PERIOD_US as f64, duty, self.spindle_hz, spoilt)
+        {
             self.bridge.trip(coil as u8);
         }
         if !self.faults.is_empty() {
@@ -67,6 +98,9 @@ impl SimRig {
         let lost = bit(self.stands(FaultKind::CurrentSensorLost));
         let stuck = bit(self.stands(FaultKind::CurrentSensorStuck));
         self.bridge.sample(&mut self.plant, lost, stuck);
+        if self.coil_loop.measures() {
+            self.bridge.gaps = self.gap_codes().map(AdcCode);
+        }
         if self.stands(FaultKind::LoopDead).is_none() {
             self.coil_loop.period(&mut self.bridge);
         }

@@ -117,16 +117,34 @@ pub struct Reach {
     pub proportional: f32,
     /// Every magnet is calibrated.
     pub calibrated: bool,
+    /// Speed of the spindle, revolutions/s: steps keep away from its first four multiples.
+    /// 0: at rest, or not known.
+    pub spindle_hz: f32,
 }
 
-/// Why a job does not go.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Refused {
+/// A field of a job.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum JobField {
+    /// `rms_a`.
+    Rms,
+    /// `low_hz`.
+    Low,
+    /// `high_hz`.
+    High,
+    /// `seconds`; with steps: too short for the lines.
+    Seconds,
+    /// `lines`.
+    Lines,
+}
+
+/// Why a job does not go. Each figure in V or A.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum OutOfReach {
     /// A field is out of its range.
-    Field(CersError),
+    Field(JobField),
     /// The force of the magnets is not known: they are not calibrated.
     Uncalibrated,
-    /// The bias alone needs more than the supply gives: needed, there are, V.
+    /// The bias alone takes more voltage than the supply gives.
     Bias {
         /// V.
         needed: f32,
@@ -134,15 +152,14 @@ pub enum Refused {
         there: f32,
     },
     /// Peaks beyond the bias, where a coil is without current and the force is rectified, or
-    /// beyond the greatest current: peak, allowed, A.
+    /// beyond the greatest current.
     Current {
         /// A.
         peak: f32,
         /// A.
         allowed: f32,
     },
-    /// The supply cannot drive the currents through the inductance that fast: needed,
-    /// there are, V.
+    /// The supply cannot drive the current through the inductance that fast.
     Voltage {
         /// V.
         needed: f32,
@@ -151,17 +168,31 @@ pub enum Refused {
     },
 }
 
+impl From<CersError> for OutOfReach {
+    fn from(error: CersError) -> Self {
+        let CersError::OutOfRange { name } = error else {
+            return Self::Field(JobField::High);
+        };
+        Self::Field(match name {
+            "low_hz" | "from_hz" => JobField::Low,
+            "seconds" => JobField::Seconds,
+            "lines" => JobField::Lines,
+            _ => JobField::High,
+        })
+    }
+}
+
 impl Reach {
     /// Whether the bias leaves the supply anything.
     ///
     /// # Errors
-    /// [`Refused::Bias`].
-    pub fn bias(&self) -> Result<(), Refused> {
+    /// [`OutOfReach::Bias`].
+    pub fn bias(&self) -> Result<(), OutOfReach> {
         let needed = self.resistance_ohm * self.bias_a;
         if needed < self.volts {
             Ok(())
         } else {
-            Err(Refused::Bias {
+            Err(OutOfReach::Bias {
                 needed,
                 there: self.volts,
             })
@@ -199,27 +230,27 @@ impl ExcitationJob {
     ///
     /// # Errors
     /// Why it does not go; fields first, then what the magnets and the supply can do.
-    pub fn check(&self, reach: &Reach) -> Result<Source, Refused> {
+    pub fn check(&self, reach: &Reach) -> Result<Source, OutOfReach> {
         if !(self.rms_a > 0.0 && self.rms_a <= 10.0) {
-            return Err(Refused::Field(CersError::OutOfRange { name: "rms_a" }));
+            return Err(OutOfReach::Field(JobField::Rms));
         }
         if !(self.seconds >= 0.1 && self.seconds <= 3600.0) {
-            return Err(Refused::Field(CersError::OutOfRange { name: "seconds" }));
+            return Err(OutOfReach::Field(JobField::Seconds));
         }
-        let source = Source::new(self, reach.rate_hz).map_err(Refused::Field)?;
+        let source = Source::new(self, reach.rate_hz, reach.spindle_hz)?;
         if !reach.calibrated {
-            return Err(Refused::Uncalibrated);
+            return Err(OutOfReach::Uncalibrated);
         }
         reach.bias()?;
         let peak = self.peak_a();
         let allowed = reach.bias_a.min(reach.most_a - reach.bias_a);
         if !(peak <= allowed) {
-            return Err(Refused::Current { peak, allowed });
+            return Err(OutOfReach::Current { peak, allowed });
         }
         let there = reach.volts - reach.resistance_ohm * (reach.bias_a + peak);
         let needed = self.volts(reach);
         if !(needed <= there) {
-            return Err(Refused::Voltage { needed, there });
+            return Err(OutOfReach::Voltage { needed, there });
         }
         Ok(source)
     }
@@ -238,6 +269,7 @@ mod tests {
         resistance_ohm: 4.0,
         proportional: 58.0,
         calibrated: true,
+        spindle_hz: 0.0,
     };
     const JOB: ExcitationJob = ExcitationJob {
         signal: Signal::Noise,
@@ -249,7 +281,7 @@ mod tests {
         lines: 0,
     };
 
-    fn refused(job: ExcitationJob, reach: Reach) -> Refused {
+    fn refused(job: ExcitationJob, reach: Reach) -> OutOfReach {
         job.check(&reach).map(|_| ()).unwrap_err()
     }
 
@@ -271,27 +303,29 @@ mod tests {
             calibrated: false,
             ..REACH
         };
-        assert_eq!(refused(JOB, off), Refused::Uncalibrated);
+        assert_eq!(refused(JOB, off), OutOfReach::Uncalibrated);
         let bias = Reach {
             bias_a: 12.0,
             most_a: 30.0,
             ..REACH
         };
-        assert!(matches!(refused(JOB, bias), Refused::Bias { needed, .. } if needed == 48.0));
+        assert!(matches!(refused(JOB, bias), OutOfReach::Bias { needed, .. } if needed == 48.0));
         let loud = ExcitationJob { rms_a: 0.3, ..JOB };
-        assert!(matches!(refused(loud, REACH), Refused::Current { allowed, .. } if allowed == 0.8));
+        assert!(
+            matches!(refused(loud, REACH), OutOfReach::Current { allowed, .. } if allowed == 0.8)
+        );
         let high = Reach {
             most_a: 1.0,
             ..REACH
         };
-        assert!(matches!(refused(JOB, high), Refused::Current { .. }));
+        assert!(matches!(refused(JOB, high), OutOfReach::Current { .. }));
         // A sine of 0.4 A at 5 kHz takes 53 V of 42.
         let sine = ExcitationJob {
             signal: Signal::Sweep,
             rms_a: 0.4 / core::f32::consts::SQRT_2,
             ..JOB
         };
-        let Refused::Voltage { needed, there } = refused(sine, REACH) else {
+        let OutOfReach::Voltage { needed, there } = refused(sine, REACH) else {
             panic!("not for its voltage");
         };
         assert!(
@@ -329,7 +363,10 @@ mod tests {
                 ..JOB
             },
         ] {
-            assert!(matches!(refused(bad, REACH), Refused::Field(_)), "{bad:?}");
+            assert!(
+                matches!(refused(bad, REACH), OutOfReach::Field(_)),
+                "{bad:?}"
+            );
         }
     }
 

@@ -14,7 +14,7 @@ mod response;
 mod source;
 mod steps;
 
-pub use job::{Direction, ExcitationJob, Reach, Refused, Signal};
+pub use job::{Direction, ExcitationJob, JobField, OutOfReach, Reach, Signal};
 pub use response::{LineCollector, LineResponse, SensorPath};
 pub use source::{Seen, Source};
 pub use steps::{BLOCKS, Block};

@@ -15,8 +15,8 @@ const PRBS_PART: f32 = 0.443;
 /// Force and motion of one period.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Seen {
-    /// Magnetic force in x and y, N; only the driven axis is looked at.
-    pub force_n: [f32; 2],
+    /// Magnetic force of the axis that [`Source::measures`] names, N.
+    pub force_n: f32,
     /// Displacement in x and y, m.
     pub displacement_m: [f32; 2],
     /// The force can be relied upon.
@@ -47,11 +47,12 @@ pub struct Source {
 }
 
 impl Source {
-    /// The signal of a job at the rate of the current loop, Hz.
+    /// The signal of a job at the rate of the current loop, Hz; `spindle_hz` as in
+    /// [`Reach`](super::Reach::spindle_hz).
     ///
     /// # Errors
     /// `OutOfRange` with the first field.
-    pub fn new(job: &ExcitationJob, rate_hz: f32) -> Result<Self, CersError> {
+    pub fn new(job: &ExcitationJob, rate_hz: f32, spindle_hz: f32) -> Result<Self, CersError> {
         within(rate_hz, 1e3, 2e5, "rate_hz")?;
         within(job.high_hz, 10.0, 0.45 * rate_hz, "high_hz")?;
         let least = if job.signal == Signal::Noise {
@@ -82,7 +83,7 @@ impl Source {
                 job.seconds,
                 Course::Logarithmic,
             )?),
-            Signal::Steps => Kind::Steps(Steps::new(job, rate_hz)?),
+            Signal::Steps => Kind::Steps(Steps::new(job, rate_hz, spindle_hz)?),
         };
         // Steps end themselves; twice their time is a limit that they do not reach.
         let limit = if job.signal == Signal::Steps {
@@ -138,10 +139,14 @@ impl Source {
         self.left = self.left.min(fade);
     }
 
-    /// Whether it wants to see force and motion.
+    /// The axis whose force it wants to see, and with it the motion; none if it measures
+    /// nothing.
     #[inline]
-    pub fn wants_to_see(&self) -> bool {
-        matches!(self.kind, Kind::Steps(_))
+    pub fn measures(&self) -> Option<u8> {
+        match &self.kind {
+            Kind::Steps(steps) => Some(steps.axis()),
+            _ => None,
+        }
     }
 
     /// What was measured in the period of the last [`Self::next_period`]. A block of a line
@@ -184,7 +189,7 @@ mod tests {
     };
 
     fn run(job: &ExcitationJob) -> Vec<[f32; 2]> {
-        let mut source = Source::new(job, 40e3).unwrap();
+        let mut source = Source::new(job, 40e3, 0.0).unwrap();
         core::iter::from_fn(|| {
             let x = source.next_period();
             source.see(&Seen::default());
@@ -248,7 +253,7 @@ mod tests {
 
     #[test]
     fn an_early_end_fades_too() {
-        let mut source = Source::new(&JOB, 40e3).unwrap();
+        let mut source = Source::new(&JOB, 40e3, 0.0).unwrap();
         for _ in 0..10_000 {
             source.next_period().unwrap();
         }
@@ -257,7 +262,7 @@ mod tests {
         assert!((399..=401).contains(&rest.len()), "{}", rest.len());
         assert!(rest[395..].iter().flatten().all(|x| x.abs() < 0.01));
         // Ended at once, it is over at once.
-        let mut source = Source::new(&JOB, 40e3).unwrap();
+        let mut source = Source::new(&JOB, 40e3, 0.0).unwrap();
         source.end();
         assert_eq!(source.next_period(), None);
     }

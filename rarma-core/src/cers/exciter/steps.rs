@@ -14,6 +14,11 @@ const LEAST_CYCLES: f32 = 4.0;
 /// And so long, s: the resolution is twice its inverse.
 const LEAST_BLOCK_S: f32 = 0.01;
 
+/// Hann's window is blind to what is two of a block's inverse lengths away.
+const CLEAR_BINS: f32 = 2.0;
+/// Runout beyond this multiple of the speed is small.
+const MOST_ORDER: f32 = 4.0;
+
 /// Force and motion at one frequency over one block.
 ///
 /// Amplitudes of e^{+jωt}, ω = 2π·f, against the phase of the commanded sine: the command is
@@ -70,6 +75,7 @@ impl Turning {
 pub(super) struct Steps {
     rate_hz: f32,
     low_hz: f32,
+    spindle_hz: f32,
     /// ln of the factor between lines.
     log_factor: f32,
     lines: u16,
@@ -109,7 +115,11 @@ const NOTHING: Sums = Sums {
 };
 
 impl Steps {
-    pub(super) fn new(job: &ExcitationJob, rate_hz: f32) -> Result<Self, CersError> {
+    pub(super) fn new(
+        job: &ExcitationJob,
+        rate_hz: f32,
+        spindle_hz: f32,
+    ) -> Result<Self, CersError> {
         within(job.lines, 2, 2000, "lines")?;
         let axes = [job.direction.drives(0), job.direction.drives(1)];
         let of_both = if job.direction == Direction::Both {
@@ -124,6 +134,7 @@ impl Steps {
         let mut out = Self {
             rate_hz,
             low_hz: job.low_hz,
+            spindle_hz,
             log_factor: libm::logf(job.high_hz / job.low_hz) / f32::from(job.lines - 1),
             lines: job.lines,
             axes,
@@ -152,9 +163,25 @@ impl Steps {
         self.over
     }
 
+    /// The nearest frequency that the window keeps apart from the spindle's first multiples,
+    /// or the middle between them where they are too close for that.
+    fn dodged(&self, f_hz: f32) -> f32 {
+        if !(self.spindle_hz > 0.0) {
+            return f_hz;
+        }
+        let order = libm::roundf(f_hz / self.spindle_hz);
+        let off = f_hz - order * self.spindle_hz;
+        let clear = (CLEAR_BINS / self.block_s).min(0.5 * self.spindle_hz);
+        if !(1.0..=MOST_ORDER).contains(&order) || off.abs() >= clear {
+            return f_hz;
+        }
+        order * self.spindle_hz + if off < 0.0 { -clear } else { clear }
+    }
+
     /// Once a line: some 200 instructions more than any other period.
     fn begin_line(&mut self) {
         let wanted = self.low_hz * libm::expf(self.log_factor * f32::from(self.line));
+        let wanted = self.dodged(wanted);
         self.cycles = libm::floorf(wanted * self.block_s).max(1.0);
         let length = libm::roundf(self.cycles * self.rate_hz / wanted).max(8.0);
         self.length = length as u32;
@@ -167,6 +194,11 @@ impl Steps {
             n: 0,
         };
         self.sum = NOTHING;
+    }
+
+    #[inline]
+    pub(super) fn axis(&self) -> u8 {
+        self.axis
     }
 
     #[inline]
@@ -183,10 +215,8 @@ impl Steps {
             let w = 1.0 - self.window.now.re;
             let c = self.carrier.now;
             let basis = Complex::new(w * c.re, -w * c.im);
-            let [force, other] = seen.force_n;
-            let force = if self.axis == 0 { force } else { other };
             let [x, y] = seen.displacement_m;
-            self.sum.force = self.sum.force + basis.scale(force);
+            self.sum.force = self.sum.force + basis.scale(seen.force_n);
             let [mx, my] = self.sum.motion;
             self.sum.motion = [mx + basis.scale(x), my + basis.scale(y)];
             self.sum.trusted &= seen.trusted;
@@ -255,14 +285,15 @@ mod tests {
     /// Force 40 N/A; motion 2e-8·e^{−j·0.5} m/N of it in the driven axis, a tenth in the
     /// other, a constant and a line of the spindle in both, all later by `late` periods.
     fn blocks(job: &ExcitationJob, late: usize, offset_m: f32, runout_m: f32) -> Vec<Block> {
-        let mut source = Source::new(job, 40e3).unwrap();
+        let mut source = Source::new(job, 40e3, 0.0).unwrap();
         let mut past: Vec<[f32; 2]> = Vec::new();
         let mut out = Vec::new();
         while let Some(x) = source.next_period() {
             past.push(x);
             let n = past.len();
             let at = |k: usize| n.checked_sub(1 + k).map_or([0.0; 2], |m| past[m]);
-            let now = at(late).map(|i| 40.0 * i);
+            let axis = usize::from(source.measures().unwrap());
+            let now = 40.0 * at(late)[axis];
             // A delay of whole periods is a phase that grows with frequency.
             let lag = at(late + 7).map(|i| 40.0 * i);
             let spindle = runout_m * (core::f32::consts::TAU * 100.0 * n as f32 / 40e3).cos();
@@ -311,8 +342,27 @@ mod tests {
     }
 
     #[test]
+    fn lines_keep_away_from_the_spindle() {
+        for (spindle_hz, clear) in [(100.0f32, 49.9), (300.0, 49.9), (40.0, 19.9)] {
+            let mut source = Source::new(&JOB, 40e3, spindle_hz).unwrap();
+            let mut moved = 0;
+            while source.next_period().is_some() {
+                let Some(b) = source.see(&Seen::default()) else {
+                    continue;
+                };
+                let order = (b.f_hz / spindle_hz).round();
+                let off = (b.f_hz - order * spindle_hz).abs();
+                let near = off < 0.999 * clear;
+                assert!(!near || !(1.0..=4.0).contains(&order), "{} Hz", b.f_hz);
+                moved += usize::from((off - clear).abs() < 1.0);
+            }
+            assert!(moved > 0 || spindle_hz == 40.0);
+        }
+    }
+
+    #[test]
     fn a_force_that_is_not_to_be_trusted_marks_its_block() {
-        let mut source = Source::new(&JOB, 40e3).unwrap();
+        let mut source = Source::new(&JOB, 40e3, 0.0).unwrap();
         let (mut n, mut out) = (0, Vec::new());
         while source.next_period().is_some() {
             n += 1;

@@ -3,135 +3,20 @@
 //! Rate: once a millisecond. No command exceeds a limit here: set points are checked when
 //! they come, and cut again where they leave.
 
+mod plan;
+
+pub use plan::{LEASE_S, RigPlan, limits};
+
 use crate::bar::BarDuty;
 use crate::board::{BoxBoard, COILS, DacCode, SensorCodes};
-use crate::current_loop::{CoilAction, CoilLimits, CoilOrder, CoilReport};
-use rarma_core::cers::{RegulatorConfig, Tuning};
-use rarma_core::guard::{Denial, Mode, Permission, RigCodes, RigCoils, RigLimits, RigState};
-use rarma_core::ldbb::ValveConfig;
-use rarma_core::settings::{
-    CERS_BIAS, CERS_GAP, CERS_GAP_SPAN, CERS_INDUCTANCE, CERS_MOST, CERS_NOMINAL, CERS_OVERSPEED,
-    CERS_RAMP, CERS_RESISTANCE, CERS_SPAN, CERS_THERMAL, CERS_TRIP, LDBB_GAUGE_LIMIT,
-    LDBB_GAUGE_SPAN, LDBB_LAG, LDBB_MOST, LDBB_PRESSURE_SPAN, LDBB_RATE, LDBB_REST, LDBB_SETTLE,
-    LDBB_TOLERANCE, LDBB_VALVE_SPAN, SUPPLY_HIGH, SUPPLY_LOW, SUPPLY_SPAN, Settings,
-};
+use crate::current_loop::{CoilAction, CoilOrder, CoilReport};
+use crate::exciting::Exciting;
+use plan::LEAST_SUPPLY_V;
+use rarma_core::guard::{Denial, Mode, Permission, RigCodes, RigCoils, RigState, Steady};
 use rarma_core::wire::CircleJob;
 
-/// An order of the current loop lasts this long, s: the main side may be late by two
-/// milliseconds, no more.
-pub const LEASE_S: f64 = 3e-3;
-/// Gain crossover of the current loop as a part of its rate: 60° of phase margin.
-const CROSSOVER: f32 = 1.0 / 18.0;
-/// Largest duty: the rest of a period is for sampling.
-const MOST_DUTY: f32 = 0.95;
-/// The supply the regulators reckon with is never less than this, V.
-const LEAST_SUPPLY_V: f32 = 5.0;
-
-/// What the settings say about the outputs, as of the last arming.
-#[derive(Debug, Clone, Copy)]
-pub struct RigPlan {
-    limits: RigLimits,
-    coil_limits: CoilLimits,
-    tuning: Tuning,
-    bias_a: f32,
-    ramp_s: f32,
-    rest_pa: f32,
-    rate_pa_s: f32,
-    valve_span_pa: f32,
-}
-
-/// Limits and scales of the watch, as the settings have them now.
-pub fn limits(s: &Settings) -> RigLimits {
-    RigLimits {
-        nominal_a: s.real(CERS_NOMINAL),
-        thermal_s: s.real(CERS_THERMAL),
-        resistance_ohm: s.real(CERS_RESISTANCE),
-        gap_m: s.real(CERS_GAP),
-        gap_span_m: s.real(CERS_GAP_SPAN),
-        supply_v: (s.real(SUPPLY_LOW), s.real(SUPPLY_HIGH)),
-        supply_span_v: s.real(SUPPLY_SPAN),
-        overspeed_hz: s.real(CERS_OVERSPEED),
-        most_pa: s.real(LDBB_MOST),
-        pressure_span_pa: s.real(LDBB_PRESSURE_SPAN),
-        tolerance_pa: s.real(LDBB_TOLERANCE),
-        settle_s: s.real(LDBB_SETTLE),
-        lag_s: s.real(LDBB_LAG),
-        gauge_span_m: s.real(LDBB_GAUGE_SPAN),
-        gauge_limit_m: s.real(LDBB_GAUGE_LIMIT),
-    }
-}
-
-impl RigPlan {
-    /// The plan of these settings for a current loop of rate `loop_hz`.
-    ///
-    /// # Errors
-    /// [`Denial::Settings`]: they contradict each other.
-    pub fn new(s: &Settings, loop_hz: f64) -> Result<Self, Denial> {
-        let limits = limits(s);
-        let (bias, most, trip) = (s.real(CERS_BIAS), s.real(CERS_MOST), s.real(CERS_TRIP));
-        let sound = bias <= most
-            && most < trip
-            && trip < 0.49 * s.real(CERS_SPAN)
-            && limits.supply_v.0 < limits.supply_v.1
-            && limits.supply_v.1 < limits.supply_span_v
-            && limits.gap_m < 0.98 * limits.gap_span_m
-            && s.real(LDBB_REST) <= limits.most_pa
-            && limits.most_pa <= s.real(LDBB_VALVE_SPAN)
-            && 1.1 * limits.most_pa < 1.05 * limits.pressure_span_pa
-            && limits.gauge_limit_m < 0.49 * limits.gauge_span_m;
-        if !sound {
-            return Err(Denial::Settings);
-        }
-        let plan = Self::unchecked(s, loop_hz);
-        let regulator = RegulatorConfig {
-            inductance_h: s.real(CERS_INDUCTANCE),
-            resistance_ohm: limits.resistance_ohm,
-            rate_hz: loop_hz as f32,
-            crossover: CROSSOVER,
-            most_duty: MOST_DUTY,
-        };
-        Ok(Self {
-            tuning: regulator.tuning().map_err(|_| Denial::Settings)?,
-            ..plan
-        })
-    }
-
-    /// The scales of these settings, and regulators without gain: for watching, not for
-    /// arming.
-    pub fn unchecked(s: &Settings, loop_hz: f64) -> Self {
-        Self {
-            limits: limits(s),
-            coil_limits: CoilLimits {
-                span_a: s.real(CERS_SPAN),
-                most_target_a: s.real(CERS_MOST),
-                trip_a: s.real(CERS_TRIP),
-                lease_periods: (LEASE_S * loop_hz) as u32,
-                periods_per_ms: (loop_hz * 1e-3) as u32,
-            },
-            tuning: Tuning::default(),
-            bias_a: s.real(CERS_BIAS),
-            ramp_s: s.real(CERS_RAMP),
-            rest_pa: s.real(LDBB_REST),
-            rate_pa_s: s.real(LDBB_RATE),
-            valve_span_pa: s.real(LDBB_VALVE_SPAN),
-        }
-    }
-
-    /// What the valve loop may do.
-    fn valve(&self) -> ValveConfig {
-        ValveConfig {
-            rate_pa_s: self.rate_pa_s,
-            lag_s: self.limits.lag_s,
-            most_pa: self.limits.most_pa,
-            ..ValveConfig::default()
-        }
-    }
-
-    /// Limits and scales of the watch.
-    pub fn limits(&self) -> &RigLimits {
-        &self.limits
-    }
-}
+/// A supply that has not moved for this long is steady, ms.
+const STEADY_MS: u32 = 50;
 
 /// Set points on their way.
 #[derive(Debug)]
@@ -147,6 +32,10 @@ pub struct RigDuty {
     report: CoilReport,
     last_periods: u32,
     arrived: bool,
+    steady: Steady,
+    is_steady: bool,
+    /// Signal on top of the bias.
+    pub(crate) exciting: Exciting,
     /// Valve loop and sequence of a circle.
     pub(crate) bar: BarDuty,
 }
@@ -164,6 +53,9 @@ impl RigDuty {
             report: CoilReport::default(),
             last_periods: 0,
             arrived: true,
+            steady: Steady::default(),
+            is_steady: false,
+            exciting: Exciting::default(),
             bar: BarDuty::default(),
         }
     }
@@ -175,6 +67,8 @@ impl RigDuty {
         self.wanted_pa = plan.rest_pa;
         self.fall();
         self.clear = true;
+        self.steady = Steady::default();
+        self.is_steady = false;
     }
 
     /// Set points to nothing, at once.
@@ -240,6 +134,11 @@ impl RigDuty {
         self.arrived
     }
 
+    /// The supply has come to rest.
+    pub fn steady(&self) -> bool {
+        self.is_steady
+    }
+
     /// The pressure set point, Pa.
     pub fn set_pa(&self) -> f32 {
         self.now_pa
@@ -259,7 +158,10 @@ impl RigDuty {
         let ldbb = gate && mode == Mode::Ldbb;
         let to = |wanted: f32, on: bool| if on && permission.rise { wanted } else { 0.0 };
         let a_ms = self.plan.bias_a / (1e3 * self.plan.ramp_s);
-        self.now_a = if cers {
+        self.now_a = if cers && self.exciting.runs() {
+            // The bias waits until the signal has faded.
+            self.now_a
+        } else if cers {
             toward(self.now_a, to(self.wanted_a, cers), a_ms)
         } else {
             0.0
@@ -279,6 +181,9 @@ impl RigDuty {
             Mode::Ldbb => self.now_pa == wanted_pa || self.bar.stage().is_some(),
             Mode::Safe | Mode::Monitor => true,
         };
+        self.is_steady = self.steady.steady(state.supply_v, STEADY_MS);
+        let at_work = cers && permission.rise && self.arrived;
+        let (signal, quiet) = self.exciting.order(at_work, cers && !permission.rise);
         let order = CoilOrder {
             action: if permission.calibrate && mode == Mode::Cers {
                 CoilAction::Calibrate
@@ -289,11 +194,15 @@ impl RigDuty {
             },
             target_a: [self.now_a; COILS],
             per_volt: 1.0 / state.supply_v.max(LEAST_SUPPLY_V),
-            tuning: self.plan.tuning,
+            tuning: self.plan.tunings(state.gap_m),
+            signal,
+            quiet,
+            force: Some(self.plan.force),
             limits: self.plan.coil_limits,
             clear: core::mem::take(&mut self.clear),
         };
         self.report = board.coils(&order);
+        self.exciting.report(&self.report, &self.plan.path);
         let pa = if ldbb {
             command_pa.clamp(0.0, self.plan.limits.most_pa)
         } else {

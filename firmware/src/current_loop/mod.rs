@@ -5,90 +5,20 @@
 //! side exchanges an order for a report once a millisecond ([`CurrentLoop::exchange`], a
 //! copy of a few words, in a critical section on a real board).
 //!
+//! A signal ([`Source`]) runs on top of the targets; one that measures is shown the force and
+//! the motion of every period. It starts and ends with the orders of the main side, and with
+//! the switches.
+//!
 //! The loop switches off by itself, for good until it is told to forget, when an order is
 //! older than its lease: a main side that hangs cannot leave a coil on.
 
+mod order;
+
+pub use order::{CoilAction, CoilLimits, CoilOrder, CoilReport, CoilTrip, ForceScale};
+
 use crate::board::{AdcCode, COILS, CoilBridge};
-use rarma_core::cers::{Regulator, Tuning};
+use rarma_core::cers::{Block, Regulator, Seen, Source};
 use rarma_core::guard::FaultCode;
-
-/// What the loop is to do.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum CoilAction {
-    /// Nothing: switches open.
-    #[default]
-    Off,
-    /// Switches open; take the mean of the currents as their zeros.
-    Calibrate,
-    /// Regulate to the targets.
-    Regulate,
-}
-
-/// What the loop may never exceed, and how it reads its sensors.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct CoilLimits {
-    /// Current from one end of the sensor's range to the other, A; zero is in its middle.
-    pub span_a: f32,
-    /// A target is cut to 0..=this, A.
-    pub most_target_a: f32,
-    /// A measured current beyond this is a fault, A.
-    pub trip_a: f32,
-    /// An order lasts this many periods.
-    pub lease_periods: u32,
-    /// Periods in 1 ms.
-    pub periods_per_ms: u32,
-}
-
-/// What the main side tells the loop. Any order renews the lease.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct CoilOrder {
-    /// What to do.
-    pub action: CoilAction,
-    /// Currents wanted, A.
-    pub target_a: [f32; COILS],
-    /// 1/supply voltage, 1/V.
-    pub per_volt: f32,
-    /// Coefficients.
-    pub tuning: Tuning,
-    /// Limits.
-    pub limits: CoilLimits,
-    /// Forget a trip.
-    pub clear: bool,
-}
-
-/// Why the loop has let go.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CoilTrip {
-    /// What.
-    pub code: FaultCode,
-    /// Which coil.
-    pub coil: u8,
-    /// With which value, in the unit of the code.
-    pub value: f32,
-}
-
-/// What the loop tells the main side: means since the last exchange.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct CoilReport {
-    /// Periods since start-up.
-    pub periods: u32,
-    /// Periods in the means below.
-    pub counted: u32,
-    /// Mean current, A.
-    pub current_a: [f32; COILS],
-    /// Mean square of the current, A².
-    pub square_a2: [f32; COILS],
-    /// Mean duty.
-    pub duty: [f32; COILS],
-    /// Currents that were measured as zero, A.
-    pub zero_a: [f32; COILS],
-    /// Switches may be closed.
-    pub regulating: bool,
-    /// A target was cut, or the supply held a current back.
-    pub limiting: bool,
-    /// Why the loop has let go, since it has.
-    pub trip: Option<CoilTrip>,
-}
 
 /// Periods in a row with a sensor at the end of its range, or without a conversion, that
 /// are a fault: one is a disturbance.
@@ -136,12 +66,22 @@ pub struct CurrentLoop {
     limiting: bool,
     closed: bool,
     trip: Option<CoilTrip>,
+    signal: Option<Source>,
+    limited: u32,
+    block: Option<Block>,
 }
 
 impl CurrentLoop {
     /// A loop that has no order: off.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// Whether the signal that runs wants the displacements: a board may leave them out
+    /// otherwise.
+    #[inline]
+    pub fn measures(&self) -> bool {
+        self.signal.as_ref().is_some_and(|s| s.measures().is_some())
     }
 
     /// Main side: gives an order, takes what has been seen since the last one.
@@ -166,6 +106,14 @@ impl CurrentLoop {
         }
         self.order = *order;
         self.order.clear = false;
+        if let Some(signal) = self.order.signal.take() {
+            self.signal = Some(signal);
+        }
+        if order.quiet
+            && let Some(signal) = &mut self.signal
+        {
+            signal.end();
+        }
         self.age = 0;
         let mut report = CoilReport {
             periods: self.periods,
@@ -173,6 +121,9 @@ impl CurrentLoop {
             regulating: self.closed,
             limiting: self.limiting,
             trip: self.trip,
+            exciting: self.signal.is_some(),
+            limited: self.limited,
+            block: self.block.take(),
             ..CoilReport::default()
         };
         let part = 1.0 / self.counted.max(1) as f32;
@@ -229,7 +180,8 @@ impl CurrentLoop {
                 }
                 self.closed = true;
             }
-            let duty = self.regulate();
+            let change = self.excite(bridge);
+            let duty = self.regulate(change);
             if self.trip.is_none() {
                 if bridge.set_duty(duty).is_err() {
                     self.let_go(FaultCode::Bridge, 0, 0.0);
@@ -241,6 +193,7 @@ impl CurrentLoop {
         // Every other path ends here, at every period.
         bridge.off();
         self.closed = false;
+        self.signal = None;
         for channel in &mut self.channels {
             channel.duty = 0.0;
         }
@@ -328,26 +281,62 @@ impl CurrentLoop {
         }
     }
 
+    /// The signal's change of the currents in x and y, A; shows it what it has done.
     #[inline]
-    fn regulate(&mut self) -> [f32; COILS] {
+    fn excite<B: CoilBridge>(&mut self, bridge: &mut B) -> [f32; 2] {
+        let Some(signal) = &mut self.signal else {
+            return [0.0; 2];
+        };
+        let change = signal.next_period();
+        if let (Some(axis), Some(scale)) = (signal.measures(), &self.order.force) {
+            let gaps = bridge.gaps();
+            let [xp, xm, yp, ym] = &self.channels;
+            let (plus, minus) = if axis == 0 { (xp, xm) } else { (yp, ym) };
+            let [law_x, law_y] = &scale.laws;
+            let law = if axis == 0 { law_x } else { law_y };
+            // The sensors look at the gaps of the + magnets.
+            let [gap_x, gap_y] = gaps.map(|code| code.fraction() * scale.gap_span_m);
+            let [x, y] = [law_x.gap_m - gap_x, law_y.gap_m - gap_y];
+            let along = if axis == 0 { x } else { y };
+            let force = law.force(plus.current_a, minus.current_a, along);
+            let block = signal.see(&Seen {
+                force_n: force.newton,
+                displacement_m: [x, y],
+                trusted: force.trusted,
+            });
+            self.block = block.or(self.block);
+        }
+        if change.is_none() {
+            self.signal = None;
+        }
+        change.unwrap_or([0.0; 2])
+    }
+
+    #[inline]
+    fn regulate(&mut self, [dx, dy]: [f32; 2]) -> [f32; COILS] {
         let mut duty = [0.0; COILS];
         let order = &self.order;
         let mut broken = None;
-        let channels = self.channels.iter_mut().zip(order.target_a);
-        for ((k, (channel, wanted)), duty) in channels.enumerate().zip(&mut duty) {
+        let exciting = self.signal.is_some();
+        let mut held = false;
+        let wanted = order.target_a.iter().zip([dx, -dx, dy, -dy]);
+        let wanted = wanted.map(|(bias, change)| bias + change);
+        let channels = self.channels.iter_mut().zip(&order.tuning).zip(wanted);
+        for ((k, ((channel, tuning), wanted)), duty) in channels.enumerate().zip(&mut duty) {
             if !(wanted.is_finite() && order.per_volt > 0.0 && order.per_volt < 1.0) {
                 broken = Some(k as u8);
                 continue;
             }
             let target = wanted.min(order.limits.most_target_a.max(0.0)).max(0.0);
-            let drive =
-                channel
-                    .regulator
-                    .update(&order.tuning, target, channel.current_a, order.per_volt);
-            self.limiting |= drive.limiting || target != wanted;
+            let drive = channel
+                .regulator
+                .update(tuning, target, channel.current_a, order.per_volt);
+            held |= drive.limiting || target != wanted;
             channel.duty = drive.duty;
             *duty = drive.duty;
         }
+        self.limiting |= held;
+        self.limited = self.limited.wrapping_add(u32::from(held && exciting));
         if let Some(coil) = broken {
             self.let_go(FaultCode::NotFinite, coil, 0.0);
         }
