@@ -72,21 +72,23 @@ impl Exciting {
         self.running.is_some()
     }
 
-    /// What the loop is told: a signal to start, and whether the one that runs is to end.
-    pub(crate) fn order(&mut self, at_work: bool, going_down: bool) -> (Option<Source>, bool) {
+    /// Whether the loop is told to end the signal that runs.
+    pub(crate) fn order(&mut self, going_down: bool) -> bool {
         if going_down {
             self.quiet();
         }
         if let Some(running) = &mut self.running {
             running.early |= self.quiet;
-            return (None, self.quiet);
         }
-        if !at_work {
-            return (None, false);
+        self.quiet
+    }
+
+    /// At the working point: the signal that waits, if none runs.
+    pub(crate) fn start(&mut self) -> Option<Source> {
+        if self.running.is_some() {
+            return None;
         }
-        let Some((job, source)) = self.next.take() else {
-            return (None, false);
-        };
+        let (job, source) = self.next.take()?;
         self.quiet = false;
         self.lines = LineCollector::default();
         self.running = Some(Running {
@@ -98,7 +100,7 @@ impl Exciting {
             seen: false,
         });
         self.started = Some(job);
-        (Some(source), false)
+        Some(source)
     }
 
     /// What the loop says.

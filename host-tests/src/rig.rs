@@ -1,6 +1,6 @@
 //! A simulated box brought to work in one mode and then broken: what it makes of it.
 
-use hal_sim::rig::{FaultEvent, FaultKind, RigSetUp, SimBox, SimRig};
+use hal_sim::rig::{FaultEvent, FaultKind, RigConfig, RigSetUp, SimBox, SimRig};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -55,9 +55,13 @@ pub fn answer(all: &SimBox, to: u16) -> Option<Answer> {
 /// A box at its working point in a mode, at 1.0 s.
 pub fn working(mode: Mode, set_up: RigSetUp) -> SimBox {
     let seed = set_up.seed;
+    let thermistor = set_up.plant.thermistor;
     let mut all = SimBox::new(SimRig::new(set_up, quiet(seed)));
     all.run_to(200_000);
     set(&mut all, "tacho.pulses", SettingValue::Whole(1));
+    if let Some((_, b_k)) = thermistor {
+        set(&mut all, "cers.thermistor", SettingValue::Real(b_k as f32));
+    }
     all.send(&Command::Start(mode));
     all.run_to(300_000);
     if mode.owns_outputs() {
@@ -98,7 +102,10 @@ pub struct Outcome {
 
 /// Brings a box to work, breaks it for `length_us`, watches for two seconds.
 pub fn broken(mode: Mode, kind: FaultKind, place: usize, length_us: u64) -> (Outcome, SimBox) {
-    let at_arming = kind == FaultKind::GateRefuses;
+    let at_arming = matches!(kind, FaultKind::GateRefuses | FaultKind::SupplyUnsteady);
+    // The rig with the gauge has no input left for it.
+    let of_winding = matches!(kind, FaultKind::WindingHot | FaultKind::ThermistorLost);
+    let thermistor = (of_winding && mode != Mode::Ldbb).then_some((313.0, 3950.0));
     // The period after the one that ends the approach.
     let from_us = if at_arming { 250_000 } else { FAULT_US + 25 };
     let event = FaultEvent {
@@ -111,6 +118,10 @@ pub fn broken(mode: Mode, kind: FaultKind, place: usize, length_us: u64) -> (Out
         mode,
         RigSetUp {
             faults: vec![event],
+            plant: RigConfig {
+                thermistor,
+                ..RigConfig::default()
+            },
             ..RigSetUp::default()
         },
     );

@@ -3,6 +3,7 @@
 use super::{AdcCode, Block, BoardError, DacCode};
 use crate::current_loop::{CoilOrder, CoilReport};
 use core::ops::Range;
+use rarma_core::cers::Source;
 use rarma_core::guard::KEPT_BYTES;
 
 /// Displacement sensors: X and Y.
@@ -123,6 +124,10 @@ pub trait BoxBoard: Emergency {
     /// [`CurrentLoop::exchange`](crate::CurrentLoop::exchange). Fails in no way: a loop
     /// that does not run is known by its count of periods.
     fn coils(&mut self, order: &CoilOrder) -> CoilReport;
+
+    /// Starts a signal in the current loop; see
+    /// [`CurrentLoop::excite`](crate::CurrentLoop::excite). What becomes of it is in the reports.
+    fn excite(&mut self, signal: &Source);
 
     /// Reads the slow sensors.
     ///

@@ -12,46 +12,15 @@
 //! The loop switches off by itself, for good until it is told to forget, when an order is
 //! older than its lease: a main side that hangs cannot leave a coil on.
 
+mod channel;
 mod order;
 
 pub use order::{CoilAction, CoilLimits, CoilOrder, CoilReport, CoilTrip, ForceScale};
 
 use crate::board::{AdcCode, COILS, CoilBridge};
-use rarma_core::cers::{Block, Regulator, Seen, Source};
+use channel::{Channel, LOST_PERIODS, Scale};
+use rarma_core::cers::{Block, Seen, Source};
 use rarma_core::guard::FaultCode;
-
-/// Periods in a row with a sensor at the end of its range, or without a conversion, that
-/// are a fault: one is a disturbance.
-const LOST_PERIODS: u8 = 3;
-/// Periods in a row beyond the limit that are a fault.
-const OVER_PERIODS: u8 = 2;
-/// Codes nearer to an end of the range than this are no current: 1 %.
-const RAIL: u16 = 655;
-/// The same code for this long while regulating is no current, ms: converters have noise.
-const STUCK_MS: u32 = 10;
-/// Voltage without current for this long is an open coil, ms.
-const OPEN_MS: u32 = 2;
-/// A target below this does not tell an open coil, A.
-const OPEN_TARGET_A: f32 = 0.1;
-/// Less than this part of the target with more than half of the voltage: an open coil.
-const OPEN_PART: f32 = 0.3;
-
-#[derive(Debug, Clone, Copy, Default)]
-struct Channel {
-    regulator: Regulator,
-    zero_a: f32,
-    current_a: f32,
-    last: AdcCode,
-    same: u32,
-    lost: u8,
-    over: u8,
-    open: u32,
-    sum_a: f32,
-    sum_a2: f32,
-    sum_duty: f32,
-    duty: f32,
-    zero_sum: f32,
-}
 
 /// The loop. The board owns it where its interrupt is.
 #[derive(Debug, Clone, Default)]
@@ -62,7 +31,10 @@ pub struct CurrentLoop {
     age: u32,
     counted: u32,
     zero_count: u32,
-    missed: u8,
+    missed: u32,
+    scale: Scale,
+    /// The order's numbers are numbers.
+    sound: bool,
     limiting: bool,
     closed: bool,
     trip: Option<CoilTrip>,
@@ -84,6 +56,12 @@ impl CurrentLoop {
         self.signal.as_ref().is_some_and(|s| s.measures().is_some())
     }
 
+    /// Main side: starts a signal on top of the targets, + in the coils +x and +y, − in −x and
+    /// −y. It runs until it is over, another one starts, or the switches open.
+    pub fn excite(&mut self, signal: &Source) {
+        self.signal = Some(*signal);
+    }
+
     /// Main side: gives an order, takes what has been seen since the last one.
     pub fn exchange(&mut self, order: &CoilOrder) -> CoilReport {
         if order.clear {
@@ -92,29 +70,41 @@ impl CurrentLoop {
         if order.action == CoilAction::Calibrate && self.order.action != CoilAction::Calibrate {
             self.zero_count = 0;
             for channel in &mut self.channels {
-                channel.zero_sum = 0.0;
+                channel.begin_calibration();
             }
         }
         if self.order.action == CoilAction::Calibrate
             && order.action != CoilAction::Calibrate
             && self.zero_count > 0
         {
-            let part = 1.0 / self.zero_count as f32;
             for channel in &mut self.channels {
-                channel.zero_a = channel.zero_sum * part;
+                channel.end_calibration(self.zero_count);
             }
         }
+        let past = self.order;
         self.order = *order;
         self.order.clear = false;
-        if let Some(signal) = self.order.signal.take() {
-            self.signal = Some(signal);
-        }
+        self.scale = Scale::new(&order.limits);
+        let finite = order.target_a.iter().all(|a| a.is_finite());
+        self.sound = finite && order.per_volt > 0.0 && order.per_volt < 1.0;
         if order.quiet
             && let Some(signal) = &mut self.signal
         {
             signal.end();
         }
         self.age = 0;
+        let (mut means, mut wrong) = ([None; COILS], None);
+        let channels = self.channels.iter_mut().zip(&mut means).enumerate();
+        for (k, (channel, means)) in channels {
+            let (mean, odd) = channel.exchange(self.counted, k, &past);
+            *means = Some(mean);
+            wrong = wrong.or(odd.map(|(code, value)| (code, k as u8, value)));
+        }
+        if self.closed
+            && let Some((code, coil, value)) = wrong
+        {
+            self.let_go(code, coil, value);
+        }
         let mut report = CoilReport {
             periods: self.periods,
             counted: self.counted,
@@ -126,15 +116,12 @@ impl CurrentLoop {
             block: self.block.take(),
             ..CoilReport::default()
         };
-        let part = 1.0 / self.counted.max(1) as f32;
-        for (k, channel) in self.channels.iter_mut().enumerate() {
-            report.current_a[k] = channel.sum_a * part;
-            report.square_a2[k] = channel.sum_a2 * part;
-            report.duty[k] = channel.sum_duty * part;
+        for (k, (channel, mean)) in self.channels.iter().zip(means).enumerate() {
+            let Some(mean) = mean else { continue };
+            report.current_a[k] = mean.current_a;
+            report.square_a2[k] = mean.square_a2;
+            report.duty[k] = mean.duty;
             report.zero_a[k] = channel.zero_a;
-            channel.sum_a = 0.0;
-            channel.sum_a2 = 0.0;
-            channel.sum_duty = 0.0;
         }
         self.counted = 0;
         self.limiting = false;
@@ -155,7 +142,7 @@ impl CurrentLoop {
             Err(_) => {
                 self.missed = self.missed.saturating_add(1);
                 if self.missed >= LOST_PERIODS && self.closed {
-                    self.let_go(FaultCode::Bridge, 0, f32::from(self.missed));
+                    self.let_go(FaultCode::Bridge, 0, self.missed as f32);
                 }
             }
         }
@@ -175,12 +162,11 @@ impl CurrentLoop {
             if !self.closed {
                 bridge.rearm();
                 for channel in &mut self.channels {
-                    channel.regulator.reset();
-                    (channel.same, channel.lost, channel.over, channel.open) = (0, 0, 0, 0);
+                    channel.restart();
                 }
                 self.closed = true;
             }
-            let change = self.excite(bridge);
+            let change = self.change(bridge);
             let duty = self.regulate(change);
             if self.trip.is_none() {
                 if bridge.set_duty(duty).is_err() {
@@ -205,85 +191,31 @@ impl CurrentLoop {
         }
     }
 
-    /// Codes to currents, and what can be told from them.
+    /// Codes to currents, and what can be told from them at once.
     #[inline]
     fn read(&mut self, codes: &[AdcCode; COILS]) {
         self.counted += 1;
-        let limits = self.order.limits;
-        let calibrating = self.order.action == CoilAction::Calibrate;
-        if calibrating {
-            self.zero_count += 1;
+        let mut doubtful = false;
+        for (channel, code) in self.channels.iter_mut().zip(codes) {
+            doubtful |= channel.take(*code, &self.scale);
         }
-        let mut found: Option<CoilTrip> = None;
-        let (stuck, open) = (
-            STUCK_MS * limits.periods_per_ms,
-            OPEN_MS * limits.periods_per_ms,
-        );
-        for (k, (channel, &code)) in self.channels.iter_mut().zip(codes).enumerate() {
-            let fault = |code, value| {
-                Some(CoilTrip {
-                    code,
-                    coil: k as u8,
-                    value,
-                })
-            };
-            let at_end = code.0 < RAIL || code.0 > u16::MAX - RAIL;
-            let raw_a = (code.fraction() - 0.5) * limits.span_a;
-            if calibrating {
-                channel.zero_sum += raw_a;
+        if self.order.action == CoilAction::Calibrate {
+            self.zero_count = self.zero_count.wrapping_add(1);
+            for channel in &mut self.channels {
+                channel.calibrate(&self.scale);
             }
-            if at_end {
-                // The last current stands in for one or two periods.
-                channel.lost = channel.lost.saturating_add(1);
-                if channel.lost >= LOST_PERIODS {
-                    found = found.or(fault(FaultCode::CurrentSensorLost, f32::from(code.0)));
-                }
-            } else {
-                channel.lost = 0;
-                channel.current_a = raw_a - channel.zero_a;
-            }
-            channel.same = if code == channel.last {
-                channel.same.saturating_add(1)
-            } else {
-                0
-            };
-            channel.last = code;
-            if channel.same >= stuck {
-                found = found.or(fault(FaultCode::CurrentSensorStuck, f32::from(code.0)));
-            }
-            let i = channel.current_a;
-            channel.over = if i.abs() > limits.trip_a {
-                channel.over.saturating_add(1)
-            } else {
-                0
-            };
-            if channel.over >= OVER_PERIODS {
-                found = found.or(fault(FaultCode::OverCurrent, i));
-            }
-            let target = self.order.target_a[k];
-            let idle = target > OPEN_TARGET_A && channel.duty > 0.5 && i < OPEN_PART * target;
-            channel.open = if idle {
-                channel.open.saturating_add(1)
-            } else {
-                0
-            };
-            if channel.open >= open {
-                found = found.or(fault(FaultCode::CoilOpen, i));
-            }
-            channel.sum_a += i;
-            channel.sum_a2 += i * i;
-            channel.sum_duty += channel.duty;
         }
-        if let Some(trip) = found
-            && self.closed
-        {
-            self.let_go(trip.code, trip.coil, trip.value);
+        if doubtful && self.closed {
+            let mut each = self.channels.iter().enumerate();
+            if let Some((k, (code, value))) = each.find_map(|(k, c)| Some((k, c.accuse()?))) {
+                self.let_go(code, k as u8, value);
+            }
         }
     }
 
     /// The signal's change of the currents in x and y, A; shows it what it has done.
     #[inline]
-    fn excite<B: CoilBridge>(&mut self, bridge: &mut B) -> [f32; 2] {
+    fn change<B: CoilBridge>(&mut self, bridge: &mut B) -> [f32; 2] {
         let Some(signal) = &mut self.signal else {
             return [0.0; 2];
         };
@@ -316,30 +248,38 @@ impl CurrentLoop {
     fn regulate(&mut self, [dx, dy]: [f32; 2]) -> [f32; COILS] {
         let mut duty = [0.0; COILS];
         let order = &self.order;
-        let mut broken = None;
-        let exciting = self.signal.is_some();
+        if !(self.sound && (dx + dy).is_finite()) {
+            self.let_go(FaultCode::NotFinite, 0, 0.0);
+            return duty;
+        }
         let mut held = false;
+        let most = order.limits.most_target_a;
         let wanted = order.target_a.iter().zip([dx, -dx, dy, -dy]);
         let wanted = wanted.map(|(bias, change)| bias + change);
         let channels = self.channels.iter_mut().zip(&order.tuning).zip(wanted);
-        for ((k, ((channel, tuning), wanted)), duty) in channels.enumerate().zip(&mut duty) {
-            if !(wanted.is_finite() && order.per_volt > 0.0 && order.per_volt < 1.0) {
-                broken = Some(k as u8);
-                continue;
+        for (((channel, tuning), wanted), duty) in channels.zip(&mut duty) {
+            let mut target = wanted;
+            // A limit that is not a number lets nothing through.
+            if !(target <= most) {
+                target = most.max(0.0);
+                held = true;
             }
-            let target = wanted.min(order.limits.most_target_a.max(0.0)).max(0.0);
+            if target < 0.0 {
+                target = 0.0;
+                held = true;
+            }
             let drive = channel
                 .regulator
                 .update(tuning, target, channel.current_a, order.per_volt);
-            held |= drive.limiting || target != wanted;
+            held |= drive.limiting;
             channel.duty = drive.duty;
+            channel.sum_duty += drive.duty;
             *duty = drive.duty;
         }
         self.limiting |= held;
-        self.limited = self.limited.wrapping_add(u32::from(held && exciting));
-        if let Some(coil) = broken {
-            self.let_go(FaultCode::NotFinite, coil, 0.0);
-        }
+        self.limited = self
+            .limited
+            .wrapping_add(u32::from(held && self.signal.is_some()));
         duty
     }
 }

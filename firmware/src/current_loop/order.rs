@@ -1,7 +1,7 @@
 //! What the main side and the current loop tell each other, once a millisecond.
 
 use crate::board::COILS;
-use rarma_core::cers::{AxisForce, Block, Source, Tuning};
+use rarma_core::cers::{AxisForce, Block, Tuning};
 use rarma_core::guard::FaultCode;
 
 /// What the loop is to do.
@@ -51,9 +51,6 @@ pub struct CoilOrder {
     pub per_volt: f32,
     /// Coefficients of each coil, for its gap of now.
     pub tuning: [Tuning; COILS],
-    /// A signal to start now, on top of the targets: + in the coils +x and +y, − in −x and
-    /// −y. It runs until it is over, another one starts, or the switches open.
-    pub signal: Option<Source>,
     /// The signal that runs is to fade out.
     pub quiet: bool,
     /// Needed by a signal that measures.

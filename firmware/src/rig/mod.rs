@@ -183,7 +183,7 @@ impl RigDuty {
         };
         self.is_steady = self.steady.steady(state.supply_v, STEADY_MS);
         let at_work = cers && permission.rise && self.arrived;
-        let (signal, quiet) = self.exciting.order(at_work, cers && !permission.rise);
+        let quiet = self.exciting.order(cers && !permission.rise);
         let order = CoilOrder {
             action: if permission.calibrate && mode == Mode::Cers {
                 CoilAction::Calibrate
@@ -195,13 +195,15 @@ impl RigDuty {
             target_a: [self.now_a; COILS],
             per_volt: 1.0 / state.supply_v.max(LEAST_SUPPLY_V),
             tuning: self.plan.tunings(state.gap_m),
-            signal,
             quiet,
             force: Some(self.plan.force),
             limits: self.plan.coil_limits,
             clear: core::mem::take(&mut self.clear),
         };
         self.report = board.coils(&order);
+        if at_work && let Some(signal) = self.exciting.start() {
+            board.excite(&signal);
+        }
         self.exciting.report(&self.report, &self.plan.path);
         let pa = if ldbb {
             command_pa.clamp(0.0, self.plan.limits.most_pa)

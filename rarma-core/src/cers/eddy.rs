@@ -59,7 +59,7 @@ impl<T: Real> Eddy<T> {
     ///     iron_path_m: 0.12,
     ///     gap_m: 150e-6,
     /// };
-    /// let g = eddy.flux(5e3);
+    /// let g = eddy.flux(5e3_f64);
     /// assert!((g.abs() - 0.90).abs() < 0.01 && (g.im.atan2(g.re).to_degrees() + 12.0).abs() < 1.0);
     /// ```
     pub fn flux(&self, f_hz: T) -> Complex<T> {

@@ -1,4 +1,4 @@
-//! The image `count` (firmware/src/bin/count.rs), built and run kernel by kernel.
+//! The image `count` (firmware/src/bin/count/main.rs), built and run kernel by kernel.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -14,6 +14,7 @@ use crate::board::{
 };
 use crate::current_loop::{CoilOrder, CoilReport, CurrentLoop};
 use core::ops::Range;
+use rarma_core::cers::Source;
 use rarma_core::guard::KEPT_BYTES;
 
 /// Samples that may lie untaken before they count as lost.
@@ -143,6 +144,10 @@ impl BoxBoard for Mps2Box {
         let report = self.coils.exchange(order);
         self.coils.period(&mut NoBridges);
         report
+    }
+
+    fn excite(&mut self, signal: &Source) {
+        self.coils.excite(signal);
     }
 
     fn sensors(&mut self) -> Result<SensorCodes, Absent> {

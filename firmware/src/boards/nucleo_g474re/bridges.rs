@@ -18,6 +18,7 @@ use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::Channel;
 use embassy_stm32::timer::complementary_pwm::{BreakInputPolarity, ComplementaryPwm};
 use embassy_stm32::timer::low_level::CountingMode;
+use rarma_core::cers::Source;
 
 /// Comparators of the coils in their order.
 const COMPARATORS: [u32; COILS] = [1, 4, 5, 7];
@@ -76,6 +77,11 @@ pub(super) fn exchange(order: &CoilOrder) -> CoilReport {
         report
     })
     .unwrap_or_default()
+}
+
+/// Starts a signal in the loop.
+pub(super) fn excite(signal: &Source) {
+    LOOP.with(|regulators| regulators.excite(signal));
 }
 
 /// Why the timer does not switch.

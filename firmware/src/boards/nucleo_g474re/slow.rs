@@ -12,6 +12,7 @@ use crate::board::{
 use crate::current_loop::{CoilOrder, CoilReport};
 use core::ops::Range;
 use embassy_stm32::pac::{ADC4, ADC5, DAC1, GPIOA, GPIOC};
+use rarma_core::cers::Source;
 use rarma_core::guard::KEPT_BYTES;
 
 /// Pin of the power stage's enable: PC9.
@@ -115,6 +116,10 @@ impl BoxBoard for Nucleo {
 
     fn coils(&mut self, order: &CoilOrder) -> CoilReport {
         bridges::exchange(order)
+    }
+
+    fn excite(&mut self, signal: &Source) {
+        bridges::excite(signal);
     }
 
     fn sensors(&mut self) -> Result<SensorCodes, NucleoError> {

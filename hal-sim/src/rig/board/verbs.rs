@@ -9,6 +9,7 @@ use firmware::board::{
 };
 use firmware::current_loop::{CoilOrder, CoilReport};
 use firmware::{Block, BoardErrorKind, BoxBoard};
+use rarma_core::cers::Source;
 use rarma_core::guard::KEPT_BYTES;
 use std::ops::Range;
 
@@ -99,6 +100,10 @@ impl BoxBoard for SimRig {
         self.coil_loop.exchange(order)
     }
 
+    fn excite(&mut self, signal: &Source) {
+        self.coil_loop.excite(signal);
+    }
+
     fn sensors(&mut self) -> Result<SensorCodes, RigError> {
         if self.stands(FaultKind::SensorsDead).is_some() {
             return Err(RigError(BoardErrorKind::Converter));
@@ -117,7 +122,8 @@ impl BoxBoard for SimRig {
         if self.stands(FaultKind::GaugeLost).is_some() {
             gauge = u16::MAX;
         }
-        if self.stands(FaultKind::ThermistorLost).is_some() {
+        let fitted = self.plant.config.thermistor.is_some();
+        if fitted && self.stands(FaultKind::ThermistorLost).is_some() {
             gauge = 0;
         }
         Ok(SensorCodes {

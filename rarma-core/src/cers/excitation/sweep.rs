@@ -64,8 +64,10 @@ impl<T: Real> Sweep<T> {
             Course::Linear => self.from + (self.to - self.from) * part,
             Course::Logarithmic => self.from * ((self.to / self.from).ln() * part).exp(),
             Course::Stepped(n) => {
-                let step = (u64::from(self.at) * u64::from(n) / u64::from(self.length)) as u32;
-                self.from + (self.to - self.from) * T::from_u32(step) / T::from_u32(n - 1)
+                // Whole steps gone by; the ends of steps may be off by a rounding of T.
+                let step = part * T::from_u32(n);
+                let step = (step - T::from_f64(0.5)).round().max(T::ZERO);
+                self.from + (self.to - self.from) * step / T::from_u32(n - 1)
             }
         }
     }

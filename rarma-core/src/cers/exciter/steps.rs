@@ -4,6 +4,7 @@ use super::job::{Direction, ExcitationJob};
 use super::source::Seen;
 use crate::cers::error::{CersError, within};
 use crate::els::Complex;
+use crate::real::Real as _;
 
 /// Blocks of a line; their scatter is the line's deviation.
 pub const BLOCKS: u32 = 4;
@@ -50,7 +51,7 @@ struct Turning {
 
 impl Turning {
     fn new(angle: f32) -> Self {
-        let (s, c) = (libm::sinf(angle), libm::cosf(angle));
+        let (s, c) = angle.sin_cos();
         Self {
             now: Complex::new(1.0, 0.0),
             by: Complex::new(c, s),
