@@ -1,5 +1,5 @@
 //! The sample duty of the whole box: microphone and tacho in, verdicts and raw samples
-//! out, in every mode; verdicts in Monitor only.
+//! out, in every mode; verdicts in Monitor, and in CERS where `cers.order` asks for them.
 //!
 //! Fast path per sample; called at every pass of the main loop.
 
@@ -8,13 +8,14 @@ use crate::monitor::MonitorDuty;
 use crate::tell::Teller;
 use rarma_core::Order;
 use rarma_core::condition::{Band, Fault, Health};
+use rarma_core::decide::{Reason, State};
 use rarma_core::guard::{FaultCode, InARow};
 use rarma_core::monitor::{MonitorConfig, MonitorError};
 use rarma_core::settings::{
     MONITOR_BAND_HIGH, MONITOR_BAND_LOW, MONITOR_MEMORY, MONITOR_ORDER, MONITOR_SPINDLE,
     MONITOR_TEETH, MONITOR_THRESHOLD, Settings, TACHO_PULSES, TELL_VERDICT,
 };
-use rarma_core::wire::{MonitorJob, Raw, Telemetry};
+use rarma_core::wire::{MonitorJob, Raw, Telemetry, Verdict};
 
 /// Samples taken at a time.
 const BLOCK: usize = 256;
@@ -39,6 +40,8 @@ pub struct Listening {
     fs: f32,
     /// Idle while nobody listens. In place, because it is large.
     duty: MonitorDuty,
+    /// The box shakes what it listens to: there is no chatter to be called.
+    excited: bool,
     health: Health<f32>,
     /// Samples that have gone by since start-up, with those that were lost.
     gone: u64,
@@ -85,6 +88,16 @@ pub fn job(settings: &Settings, fs_hz: f64) -> MonitorJob {
     }
 }
 
+/// What is heard of a structure that the box shakes: a sine has no damping, and a mode that
+/// is excited is loud; neither is a verdict.
+fn modes_only(verdict: &Verdict) -> Verdict {
+    Verdict {
+        state: State::Idle,
+        reason: Reason::Excited,
+        ..verdict.clone()
+    }
+}
+
 impl Listening {
     /// A duty that has heard nothing, of a microphone of rate `fs_hz`.
     pub fn new(fs_hz: f64) -> Self {
@@ -92,6 +105,7 @@ impl Listening {
             fs_hz,
             fs: fs_hz as f32,
             duty: MonitorDuty::idle(),
+            excited: false,
             health: Health::new(fs_hz, Some(1.0)),
             gone: 0,
             taken: 0,
@@ -112,7 +126,8 @@ impl Listening {
         }
     }
 
-    /// Begins to listen with these settings.
+    /// Begins to listen with these settings; with an `order` to what the box itself shakes, in
+    /// place of theirs.
     ///
     /// # Errors
     /// They do not fit each other or the rate: nothing has changed.
@@ -120,12 +135,15 @@ impl Listening {
         &mut self,
         board: &mut B,
         settings: &Settings,
+        order: Option<Order>,
         tell: &mut Teller,
     ) -> Result<(), MonitorError> {
-        let job = job(settings, self.fs_hz);
+        let mut job = job(settings, self.fs_hz);
+        job.monitor.order = order.unwrap_or(job.monitor.order);
         job.monitor.check()?;
         self.end(board, tell);
         self.duty.begin(&job)?;
+        self.excited = order.is_some();
         tell.tell(board, &self.duty.started());
         Ok(())
     }
@@ -184,12 +202,20 @@ impl Listening {
         self.loud += self.loud_gain * (good * good - self.loud);
         self.gone += 1;
         self.taken += 1;
-        let verdicts = &mut self.verdicts;
-        self.duty.sample(x, &mut |message| {
-            if matches!(message, Telemetry::Verdict(_)) {
+        let (verdicts, excited) = (&mut self.verdicts, self.excited);
+        self.duty.sample(x, &mut |message| match message {
+            Telemetry::Verdict(verdict) => {
                 *verdicts = verdicts.wrapping_add(1);
+                if excited {
+                    tell.tell(board, &Telemetry::Verdict(modes_only(verdict)));
+                } else {
+                    tell.tell(board, message);
+                }
             }
-            tell.tell(board, message);
+            Telemetry::Alarm(_) if excited => {}
+            _ => {
+                tell.tell(board, message);
+            }
         });
         if let Some(pulse) = self.pulse
             && pulse.sample < self.gone

@@ -62,6 +62,11 @@ pub fn working(mode: Mode, set_up: RigSetUp) -> SimBox {
     if let Some((_, b_k)) = thermistor {
         set(&mut all, "cers.thermistor", SettingValue::Real(b_k as f32));
     }
+    for name in ["xp", "xm", "yp", "ym"] {
+        // A textbook magnet's: without it nothing can be excited.
+        let gain = format!("cers.gain-{name}");
+        set(&mut all, &gain, SettingValue::Real(2.9e-7));
+    }
     all.send(&Command::Start(mode));
     all.run_to(300_000);
     if mode.owns_outputs() {

@@ -71,6 +71,42 @@ fn scenario_with_a_broken_coil_trips_is_cleared_and_comes_up_again() {
 }
 
 #[test]
+fn exciter_measures_lines_and_listens_without_calling_chatter() {
+    let (output, lines) = run(&["box", "--sim", "box-cers-steps", "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let excitation = of(&lines, "Excitation");
+    let measured: Vec<_> = excitation.iter().filter(|e| !e["Line"].is_null()).collect();
+    assert_eq!(measured.len(), 30);
+    let stages: Vec<&str> = of(&lines, "Status")
+        .iter()
+        .filter_map(|s| s["stage"].as_str())
+        .collect();
+    for stage in ["Exciting", "Ready"] {
+        assert!(stages.contains(&stage), "{stage}");
+    }
+    // It shakes the structure with sines: what it hears is modes, and no verdict.
+    assert!(of(&lines, "Alarm").is_empty());
+    let verdicts = of(&lines, "Verdict");
+    let excited = verdicts.iter().filter(|v| v["reason"] == "Excited");
+    let modes: usize = excited
+        .map(|v| v["modes"].as_array().map_or(0, Vec::len))
+        .sum();
+    assert!(modes > 300, "{modes}");
+    // Faults of a coil are not the magnets'.
+    let folder = Folder::default();
+    let path = folder.path().join("both.toml");
+    let text_of = "name = \"b\"\nabout = \"b\"\nduration_s = 1.0\nhears = \"quiet\"\nmagnets = true\nfault = [{ kind = \"coil-open\", at_s = 0.5 }]\n";
+    std::fs::write(&path, text_of).expect("a file");
+    let (output, _) = run(&["box", "--sim", text(&path), "--json"]);
+    assert_eq!(output.status.code(), Some(3));
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        said.contains("coil-open") && said.contains("magnets"),
+        "{said}"
+    );
+}
+
+#[test]
 fn cut_heard_over_a_bad_link_is_called_and_its_record_replayed() {
     let folder = Folder::default();
     let record = folder.path().join("bad.frames");

@@ -26,11 +26,12 @@ const VERDICTS: [&str; 5] = [
     "self-excited",
     "not-stationary",
 ];
-const REASONS: [&str; 13] = [
+const REASONS: [&str; 14] = [
     "none",
     "estimator-starting",
     "roots-lost",
     "level-at-idle",
+    "excited",
     "undamped",
     "losing-damping",
     "forced-only",

@@ -50,6 +50,8 @@ pub enum Reason {
     RootsLost,
     /// The level is that of idle.
     LevelAtIdle,
+    /// The box itself shakes the structure.
+    Excited,
     /// A mode is undamped and loud, for too short a time to be called.
     Undamped,
     /// At its present rate a mode loses its damping soon.

@@ -115,6 +115,7 @@ fn reason(reason: decide::Reason) -> Reason {
         decide::Reason::EstimatorStarting => Reason::EstimatorStarting,
         decide::Reason::RootsLost => Reason::RootsLost,
         decide::Reason::LevelAtIdle => Reason::LevelAtIdle,
+        decide::Reason::Excited => Reason::Excited,
         decide::Reason::Undamped => Reason::Undamped,
         decide::Reason::LosingDamping => Reason::LosingDamping,
         decide::Reason::ForcedOnly => Reason::ForcedOnly,

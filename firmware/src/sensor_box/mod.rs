@@ -18,16 +18,17 @@ pub use start::Opening;
 
 use crate::board::BoxBoard;
 use crate::commands::Commands;
-use crate::listen::Listening;
+use crate::listen::{self, Listening};
 use crate::rig::RigDuty;
 use crate::rig::RigPlan;
 use crate::tell::Teller;
+use rarma_core::Order;
 use rarma_core::cers::Reach;
 use rarma_core::guard::{
     CheckIns, Denial, Duty, FaultCode, FaultRecord, InARow, Mode, RigState, RigWatch, Severity,
     Stage, Supervisor,
 };
-use rarma_core::settings::Settings;
+use rarma_core::settings::{CERS_ORDER, Settings};
 use rarma_core::wire::{Refused, Started};
 
 /// One pass of the supervisor, µs.
@@ -126,13 +127,24 @@ impl SensorBox {
                 return Err(Denial::Energised);
             }
             self.listening
-                .begin(board, &self.settings, &mut self.tell)
+                .begin(board, &self.settings, None, &mut self.tell)
                 .map_err(|_| Denial::Settings)?;
             return self.supervisor.start(mode);
+        }
+        let order = self.settings.whole(CERS_ORDER).checked_sub(1);
+        let order = order.and_then(|n| Order::ALL.get(n as usize));
+        if mode == Mode::Cers && order.is_some() {
+            let job = listen::job(&self.settings, self.sample_hz);
+            job.monitor.check().map_err(|_| Denial::Settings)?;
         }
         self.supervisor.start(mode)?;
         self.rig.exciting.forget();
         self.listening.end(board, &mut self.tell);
+        if mode == Mode::Cers && order.is_some() {
+            self.listening
+                .begin(board, &self.settings, order.copied(), &mut self.tell)
+                .map_err(|_| Denial::Settings)?;
+        }
         Ok(())
     }
 

@@ -4,13 +4,17 @@ use crate::args::BoxArgs;
 use crate::failure::Failure;
 use crate::frames::{FrameReader, to_json, words};
 use crate::scenario::{self, AtWork, BOX_SHIPPED, SHIPPED};
+use crate::speech;
+use hal_sim::exciter::calibrated;
+use hal_sim::plant::cers::ExciterConfig;
 use hal_sim::plant::cut::VirtualCut;
 use hal_sim::rig::{FaultKind, RigSetUp, SimBox, SimRig};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use rarma_core::cers::Geometry;
 use rarma_core::guard::Severity;
-use rarma_core::wire::{Answer, Telemetry};
+use rarma_core::wire::{Answer, Command, Telemetry};
 use serde_json::json;
 use std::fs::File;
 use std::io::{self, Read, Write};
@@ -19,6 +23,8 @@ use std::time::{Duration, Instant};
 
 /// The box is stepped on for this long between two looks at a socket, µs.
 const SLICE_US: u64 = 5_000;
+/// Acceleration that is full scale, m/s².
+const FULL_SCALE_M_PER_S2: f64 = 100.0;
 /// Root mean square of the quiet, parts of full scale.
 const QUIET_RMS: f32 = 0.02;
 
@@ -65,8 +71,52 @@ pub(super) fn main(args: &BoxArgs) -> Result<u8, Failure> {
     }
 }
 
+/// The exciter's plant without its ripple, which takes most of the time.
+fn magnets() -> ExciterConfig {
+    ExciterConfig {
+        substeps: 8,
+        ..ExciterConfig::default()
+    }
+}
+
+/// The constants of the magnets, measured on a bench, as commands.
+fn calibration(seed: u64) -> Result<Vec<Command>, Failure> {
+    let guess = Geometry::textbook();
+    let (laws, _) = calibrated(&magnets(), &guess, seed)
+        .map_err(|why| Failure::System(format!("calibration of the magnets: {why}")))?;
+    let [x, y] = laws;
+    let each = [
+        ("xp", x.plus),
+        ("xm", x.minus),
+        ("yp", y.plus),
+        ("ym", y.minus),
+    ];
+    let mut out = Vec::new();
+    for (place, magnet) in each {
+        for (what, value) in [
+            ("gain", magnet.gain),
+            ("offset", magnet.gap_offset_m),
+            ("knee", magnet.saturation_a_per_m),
+        ] {
+            let words = format!("set cers.{what}-{place} {:e}", value as f32);
+            out.push(speech::command(&words).map_err(Failure::System)?);
+        }
+    }
+    Ok(out)
+}
+
 fn rig(at_work: &AtWork) -> Result<SimRig, Failure> {
+    let of_coils = at_work.faults.iter().find(|f| f.kind.needs_chokes());
+    if let Some(fault) = of_coils.filter(|_| at_work.magnets) {
+        return Err(Failure::Input(format!(
+            "{}: fault {} needs a rig without magnets (set magnets = false)",
+            at_work.name,
+            fault.kind.name()
+        )));
+    }
     let set_up = RigSetUp {
+        magnets: at_work.magnets.then(magnets),
+        accelerometer_m_per_s2: at_work.magnets.then_some(FULL_SCALE_M_PER_S2),
         seed: at_work.seed,
         spindle_hz: at_work.spindle_hz,
         faults: at_work.faults.clone(),
@@ -101,6 +151,10 @@ fn play(
     }
     let mut acts = at_work.host.clone();
     acts.sort_by(|a, b| a.0.total_cmp(&b.0));
+    if at_work.magnets {
+        let first = calibration(at_work.seed)?.into_iter().map(|c| (0.05, c));
+        acts.splice(0..0, first);
+    }
     let mut acts = acts.into_iter().peekable();
     let end_us = (1e6 * at_work.duration_s) as u64;
     let mut reader = FrameReader::default();

@@ -79,6 +79,7 @@ fn words_for(state: State, reason: Reason) -> &'static str {
         Reason::EstimatorStarting => "the model is starting",
         Reason::RootsLost => "the modes are sought anew",
         Reason::LevelAtIdle => "as quiet as at idle",
+        Reason::Excited => "shaken by the exciter: no verdict",
         Reason::Undamped => "a mode is undamped, too short to be called",
         Reason::LosingDamping => "a mode loses its damping",
         Reason::ForcedOnly => "undamped, but something else explains it",

@@ -12,7 +12,11 @@ use std::fs;
 use toml::de::DeTable;
 
 /// The shipped scenarios: name and text.
-pub const BOX_SHIPPED: [(&str, &str); 3] = [
+pub const BOX_SHIPPED: [(&str, &str); 4] = [
+    (
+        "box-cers-steps",
+        include_str!("../../scenarios/box-cers-steps.toml"),
+    ),
     (
         "box-cers-fault",
         include_str!("../../scenarios/box-cers-fault.toml"),
@@ -48,6 +52,9 @@ pub struct AtWork {
     pub frame_loss: f64,
     /// What breaks.
     pub faults: Vec<FaultEvent>,
+    /// Magnets and a spindle behind the coils, calibrated; what is heard is the accelerometer
+    /// then.
+    pub magnets: bool,
     /// What the host says, and when, s.
     pub host: Vec<(f64, Command)>,
 }
@@ -118,6 +125,7 @@ fn listening(cut: Loaded) -> Result<AtWork, Failure> {
         noise: Noise::default(),
         frame_loss: 0.0,
         faults: Vec::new(),
+        magnets: false,
         host,
         cut: Some(cut),
     })
@@ -172,6 +180,11 @@ fn read(root: &mut Section<'_>, seed: Option<u64>) -> Result<(AtWork, String), R
         Allowed::within(0.0, 120_000.0),
         Some(3000.0),
         "Spindle speed without a cut, 1/min",
+    )?;
+    let magnets = root.flag(
+        "magnets",
+        false,
+        "Magnets and a spindle with the modes of the thesis' table 3 behind the coils, calibrated on a bench; the microphone is the accelerometer at the front bearing, 100 m/s² full scale",
     )?;
     let part = Allowed::within(0.0, 1.0);
     let link = root.table("link", "What happens on the link", |s| {
@@ -228,6 +241,7 @@ fn read(root: &mut Section<'_>, seed: Option<u64>) -> Result<(AtWork, String), R
         noise,
         frame_loss,
         faults,
+        magnets,
         host,
     };
     Ok((at_work, cut))

@@ -59,6 +59,8 @@ pub enum Reason {
     /// A line at a multiple of the speed has risen by itself: a chatter there cannot be
     /// told from it.
     BlindAtMultiple,
+    /// The box itself shakes the structure: modes are told, no verdict.
+    Excited,
 }
 
 /// The standing alarm.

@@ -12,6 +12,7 @@ use crate::plant::cers::ExciterConfig;
 use firmware::board::{Contacts, Emergency, Lights, ResetCause};
 use firmware::{BoardError, BoardErrorKind, CurrentLoop};
 use rarma_core::guard::KEPT_BYTES;
+use std::collections::VecDeque;
 use std::fmt;
 
 /// A period of the current loop, µs.
@@ -45,6 +46,9 @@ pub struct RigSetUp {
     /// Magnets and a spindle behind the coils; none: chokes, and gaps that run out a little.
     /// Faults of coils are the chokes' alone.
     pub magnets: Option<ExciterConfig>,
+    /// What is heard is the accelerometer at the front bearing, along y: full scale, m/s².
+    /// Needs magnets.
+    pub accelerometer_m_per_s2: Option<f64>,
 }
 
 impl Default for RigSetUp {
@@ -55,7 +59,37 @@ impl Default for RigSetUp {
             spindle_hz: 50.0,
             faults: Vec::new(),
             magnets: None,
+            accelerometer_m_per_s2: None,
         }
+    }
+}
+
+/// Samples made from the plant's acceleration, and not taken yet.
+#[derive(Debug)]
+struct Accelerometer {
+    per_full_scale: f64,
+    last: f64,
+    waiting: VecDeque<f32>,
+}
+
+impl Accelerometer {
+    fn new(full_scale: f64) -> Self {
+        Self {
+            per_full_scale: 1.0 / full_scale,
+            last: 0.0,
+            waiting: VecDeque::new(),
+        }
+    }
+
+    /// The acceleration at the end of a period; straight lines in between. `parts` are the
+    /// places of the samples within the period, 0 to 1.
+    fn follow(&mut self, acceleration: f64, parts: impl Iterator<Item = f64>) {
+        let now = acceleration * self.per_full_scale;
+        for part in parts {
+            let x = self.last + (now - self.last) * part;
+            self.waiting.push_back(x.clamp(-1.0, 1.0) as f32);
+        }
+        self.last = now;
     }
 }
 
@@ -67,6 +101,7 @@ pub struct SimRig {
     sound_given: u64,
     sample_offset: u64,
     held: f32,
+    accelerometer: Option<Accelerometer>,
     missing: u32,
     pub(super) plant: Plant,
     pub(super) bridge: SimBridge,
@@ -130,6 +165,7 @@ impl SimRig {
             sound_given: 0,
             sample_offset: 0,
             held: 0.0,
+            accelerometer: set_up.accelerometer_m_per_s2.map(Accelerometer::new),
             missing: 0,
             plant,
             bridge: SimBridge::default(),

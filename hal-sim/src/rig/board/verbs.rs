@@ -66,7 +66,11 @@ impl BoxBoard for SimRig {
             if self.sound_given >= due {
                 break;
             }
-            let x = self.sound.next().unwrap_or(0.0);
+            let x = match &mut self.accelerometer {
+                Some(sensor) => sensor.waiting.pop_front(),
+                None => self.sound.next(),
+            };
+            let x = x.unwrap_or(0.0);
             self.sound_given += 1;
             *place = self.heard(x);
             samples += 1;

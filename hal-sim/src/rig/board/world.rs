@@ -48,6 +48,21 @@ impl SimRig {
         }
     }
 
+    /// The samples of the accelerometer in the period that has just gone by.
+    fn accelerate(&mut self, before_us: u64) {
+        let (Some(sensor), Some([_, y])) =
+            (&mut self.accelerometer, self.plant.acceleration_m_per_s2())
+        else {
+            return;
+        };
+        let per_us = SAMPLE_HZ * 1e-6;
+        let at = |us: u64| us as f64 * per_us;
+        let (from, to) = (at(before_us), at(self.now_us));
+        let first = from.floor() as u64 + 1;
+        let parts = (first..=to.floor() as u64).map(|n| (n as f64 - from) / (to - from));
+        sensor.follow(y, parts);
+    }
+
     /// Codes of the displacement sensors.
     pub(super) fn gap_codes(&mut self) -> [u16; 2] {
         let mut gap = [0; 2];
@@ -84,10 +99,11 @@ impl SimRig {
         self.bridge.now = self.bridge.next;
         let driven = self.bridge.now.filter(|_| self.gate);
         let duty = driven.map(|d| d.map(f64::from));
-        if let Some(coil) = self
-            .plant
-            .coils(1e-6 * PERIOD_US as f64, duty, self.spindle_hz, spoilt)
-        {
+        let before_us = self.now_us - PERIOD_US;
+        let dt_s = 1e-6 * PERIOD_US as f64;
+        let tripped = self.plant.coils(dt_s, duty, self.spindle_hz, spoilt);
+        self.accelerate(before_us);
+        if let Some(coil) = tripped {
             self.bridge.trip(coil as u8);
         }
         if !self.faults.is_empty() {

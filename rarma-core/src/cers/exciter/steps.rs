@@ -4,7 +4,7 @@ use super::job::{Direction, ExcitationJob};
 use super::source::Seen;
 use crate::cers::error::{CersError, within};
 use crate::els::Complex;
-use crate::real::Real as _;
+use crate::real::Real;
 
 /// Blocks of a line; their scatter is the line's deviation.
 pub const BLOCKS: u32 = 4;
@@ -51,7 +51,7 @@ struct Turning {
 
 impl Turning {
     fn new(angle: f32) -> Self {
-        let (s, c) = angle.sin_cos();
+        let (s, c) = Real::sin_cos(angle);
         Self {
             now: Complex::new(1.0, 0.0),
             by: Complex::new(c, s),
