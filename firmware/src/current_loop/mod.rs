@@ -254,11 +254,11 @@ impl CurrentLoop {
         }
         let mut held = false;
         let most = order.limits.most_target_a;
-        let wanted = order.target_a.iter().zip([dx, -dx, dy, -dy]);
-        let wanted = wanted.map(|(bias, change)| bias + change);
-        let channels = self.channels.iter_mut().zip(&order.tuning).zip(wanted);
+        let [xp, xm, yp, ym] = order.target_a;
+        let wanted = [xp + dx, xm - dx, yp + dy, ym - dy];
+        let channels = self.channels.iter_mut().zip(&order.tuning).zip(&wanted);
         for (((channel, tuning), wanted), duty) in channels.zip(&mut duty) {
-            let mut target = wanted;
+            let mut target = *wanted;
             // A limit that is not a number lets nothing through.
             if !(target <= most) {
                 target = most.max(0.0);

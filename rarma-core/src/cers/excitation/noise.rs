@@ -121,7 +121,7 @@ impl<T: Real> BandNoise<T> {
         }
         let white = sum * T::from_f64(1.732_050_807_568_877_2);
         let clip = T::from_f64(CLIP);
-        (self.filter(white) * self.gain).clamp(-clip, clip)
+        (self.filter(white) * self.gain).max(-clip).min(clip)
     }
 }
 
