@@ -24,8 +24,8 @@ pub struct BarDuty {
     valve: ValveLoop,
     settled: bool,
     procedure: Option<Procedure>,
-    /// The other direction at this force, until both are there.
-    half: Option<Trace<f32, BINS>>,
+    /// The other direction at this pressure and its force, N, until both are there.
+    half: Option<(Trace<f32, BINS>, f32)>,
     both: bool,
     map: StiffnessMap<f32, BINS>,
     points: CirclePoints,
@@ -196,9 +196,11 @@ impl BarDuty {
             let trace: Trace<f32, BINS> = procedure.trace(done);
             let force_n = ForceLaw::standard().force_n(done.pressure_pa);
             match (self.both, self.half.take()) {
-                (true, None) => self.half = Some(trace),
+                (true, None) => self.half = Some((trace, force_n)),
                 (_, other) => {
-                    let mean = other.map_or(trace, |o| o.averaged(&trace));
+                    let (mean, force_n) = other.map_or((trace, force_n), |(o, f)| {
+                        (o.averaged(&trace), 0.5 * (f + force_n))
+                    });
                     // A force that is not finite would be a pressure that is not: checked.
                     let _ = self.map.add(&mean, force_n);
                 }

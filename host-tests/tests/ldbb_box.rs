@@ -169,6 +169,7 @@ fn captured(
             .iter()
             .filter_map(|(t, r)| Some((map.captured(*t, overshoot)?, *r)))
             .collect(),
+        forces_n: Vec::new(),
     }
 }
 

@@ -117,6 +117,7 @@ pub struct RunDone {
 pub struct Procedure {
     config: ProcedureConfig,
     schedule: Schedule,
+    creep_pa: f32,
     stage: Stage,
     run: u16,
     /// Milliseconds in this stage, and since the on-trigger.
@@ -135,6 +136,10 @@ impl Procedure {
                 .run(0)
                 .is_some_and(|r| r.pressure_pa >= 0.99 * config.holding_pa);
         sound.then_some(Self {
+            // No step of pressure is taken back by more than half.
+            creep_pa: config
+                .creep_pa
+                .min(0.5 * schedule.least_step_pa() / f32::from(schedule.senses())),
             config,
             schedule,
             stage: Stage::Settling,
@@ -195,6 +200,28 @@ impl Procedure {
         Some(Event::Failed(why))
     }
 
+    /// How far the pressure of a run has gone on, Pa. Two runs at one pressure share the way:
+    /// the second begins where the first ended.
+    fn crept_pa(&self, run: &Run) -> f32 {
+        let (senses, turning) = (self.schedule.senses(), self.schedule.turns_at(run));
+        if turning {
+            return 0.0;
+        }
+        let whole_ms = 1e3 * (self.config.lead_s + self.config.arc_s());
+        let part = if self.moving() {
+            (self.run_ms as f32 / whole_ms).min(1.0)
+        } else {
+            0.0
+        };
+        let gone = f32::from(run.number % senses) + part;
+        let way = if run.rising {
+            gone
+        } else {
+            f32::from(senses) - gone
+        };
+        way * self.creep_pa
+    }
+
     /// What the valve loop should do now. The bar is held at the lowest pressure when the
     /// test is over: between balls, and with no more force than that.
     pub fn asked(&self) -> Asked {
@@ -205,7 +232,7 @@ impl Procedure {
         match (self.stage, self.run()) {
             (Stage::Idle | Stage::Finished | Stage::Failed, _) | (_, None) => holding,
             (stage, Some(run)) => Asked {
-                pressure_pa: run.pressure_pa.max(self.config.holding_pa),
+                pressure_pa: run.pressure_pa.max(self.config.holding_pa) + self.crept_pa(&run),
                 dither: stage == Stage::Settling
                     && (self.here_ms as f32) < 1e3 * self.config.dither_s,
             },
@@ -275,7 +302,8 @@ impl Procedure {
         if seen.pressure_pa < 0.9 * c.holding_pa {
             return self.fail(RunFault::NotHeld(seen.pressure_pa));
         }
-        if (seen.pressure_pa - run.pressure_pa).abs() > c.drift_pa {
+        let set_pa = run.pressure_pa.max(c.holding_pa) + self.crept_pa(&run);
+        if (seen.pressure_pa - set_pa).abs() > c.drift_pa {
             return self.fail(RunFault::PressureMoved(seen.pressure_pa));
         }
         let (arc_s, t_s) = (c.arc_s(), run_s - c.lead_s);

@@ -30,7 +30,10 @@ pub struct CircleJob {
 impl CircleJob {
     /// The sequence of the job; none where its numbers do not fit together.
     pub fn procedure(&self) -> Option<(ProcedureConfig, Schedule)> {
-        let standard = ProcedureConfig::default();
+        let mut standard = ProcedureConfig::default();
+        if self.down {
+            standard = standard.with_way_down();
+        }
         let lead_s = standard.trigger_m / self.feed_m_s + PAUSE_S;
         let used = self.pressures_pa.iter().take_while(|p| **p > 0.0).count();
         let schedule = Schedule::new(self.pressures_pa.get(..used)?, self.both, self.down)?;
