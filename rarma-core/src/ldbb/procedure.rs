@@ -7,7 +7,8 @@
 //! with a dwell, starts a run when the box says [`Stage::Waiting`].
 
 use super::procedure_config::{OUTSIDE_M, ProcedureConfig};
-use super::recorder::Recorder;
+use super::recorder::{Beside, Recorder};
+use super::reversals::Reversals;
 use super::schedule::{Run, Schedule};
 use super::trace::{AngleMap, Trace};
 use serde::{Deserialize, Serialize};
@@ -64,6 +65,24 @@ pub enum RunFault {
     GaugeRange(f32),
     /// A reading that is not a number.
     NotFinite,
+    /// The feed was right on average and not within the run; value: greatest angle by which
+    /// a reversal of an axis came early or late, rad.
+    FeedWithin(f32),
+    /// The run before it was run the wrong way round: this one fits it when that one is
+    /// turned round, or is proven right by its reversals and does not fit it.
+    WrongDirectionBefore,
+}
+
+/// What proves the direction of a run.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Proof {
+    /// Nothing: it is what the schedule says.
+    #[default]
+    None,
+    /// It fits the run before it as it is four times better than turned round: as sure as that one.
+    LikeBefore,
+    /// The reversals of its own axes stand where they should.
+    Reversals,
 }
 
 /// What a millisecond brings.
@@ -110,6 +129,11 @@ pub struct RunDone {
     pub pressure_pa: f32,
     /// Feed by the triggers, m/s.
     pub feed_m_s: f32,
+    /// What proves its direction. One run proven by its reversals proves those before it that
+    /// are like each other.
+    pub proof: Proof,
+    /// What its reversals say.
+    pub reversals: Reversals,
 }
 
 /// See the module.
@@ -355,8 +379,21 @@ impl Procedure {
             from_s: 0.0,
             to_s: real_s,
         };
-        if self.recorder.turned(&map, c.overshoot_rad) {
+        let reversals = self.recorder.reversals(&map);
+        if reversals.turned {
             return self.fail(RunFault::WrongDirection);
+        }
+        let proof = match self.recorder.beside(&map, c.overshoot_rad) {
+            Beside::Turned if !reversals.proven => return self.fail(RunFault::WrongDirection),
+            Beside::Turned | Beside::LastTurned => {
+                return self.fail(RunFault::WrongDirectionBefore);
+            }
+            _ if reversals.proven => Proof::Reversals,
+            Beside::Alike => Proof::LikeBefore,
+            Beside::Open => Proof::None,
+        };
+        if reversals.proven && reversals.off_rad > c.feed_within_rad {
+            return self.fail(RunFault::FeedWithin(reversals.off_rad));
         }
         self.run += 1;
         self.was_outside = true;
@@ -371,6 +408,8 @@ impl Procedure {
             off_s,
             pressure_pa: self.recorder.pressure_pa(),
             feed_m_s: map.feed_m_s(c.radius_m),
+            proof,
+            reversals,
         }))
     }
 }

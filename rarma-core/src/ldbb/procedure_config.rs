@@ -39,6 +39,9 @@ pub struct ProcedureConfig {
     pub creep_pa: f32,
     /// The feed may be off by this part.
     pub feed_part: f32,
+    /// A reversal of an axis may come early or late by this, rad: at 2.5° the feed of half a turn
+    /// is 1.4 % off.
+    pub feed_within_rad: f32,
     /// Pressure that holds the bar while the machine moves, Pa.
     pub holding_pa: f32,
     /// The pressure may leave its set point by this during a run, Pa.
@@ -64,6 +67,7 @@ impl Default for ProcedureConfig {
             dither_s: 1.0,
             creep_pa: 0.0,
             feed_part: 0.02,
+            feed_within_rad: 2.5 * degree,
             holding_pa: 4e4,
             drift_pa: 5e3,
             gauge_limit_m: 0.9e-3,
@@ -101,6 +105,7 @@ impl ProcedureConfig {
             self.wait_s,
             self.settle_most_s,
             self.feed_part,
+            self.feed_within_rad,
             self.holding_pa,
             self.drift_pa,
             self.gauge_limit_m,
