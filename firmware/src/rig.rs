@@ -8,14 +8,16 @@ use crate::board::{BoxBoard, COILS, DacCode, SensorCodes};
 use crate::current_loop::{CoilAction, CoilLimits, CoilOrder, CoilReport};
 use rarma_core::cers::{RegulatorConfig, Tuning};
 use rarma_core::guard::{Denial, Mode, Permission, RigCodes, RigCoils, RigLimits, RigState};
-use rarma_core::ldbb::ValveConfig;
+use rarma_core::ldbb::{BarSet, ForceLaw, ValveConfig};
 use rarma_core::settings::{
     CERS_BIAS, CERS_GAP, CERS_GAP_SPAN, CERS_INDUCTANCE, CERS_MOST, CERS_NOMINAL, CERS_OVERSPEED,
-    CERS_RAMP, CERS_RESISTANCE, CERS_SPAN, CERS_THERMAL, CERS_TRIP, LDBB_GAUGE_LIMIT,
-    LDBB_GAUGE_SPAN, LDBB_LAG, LDBB_MOST, LDBB_PRESSURE_SPAN, LDBB_RATE, LDBB_REST, LDBB_SETTLE,
-    LDBB_TOLERANCE, LDBB_VALVE_SPAN, SUPPLY_HIGH, SUPPLY_LOW, SUPPLY_SPAN, Settings,
+    CERS_RAMP, CERS_RESISTANCE, CERS_SPAN, CERS_THERMAL, CERS_TRIP, LDBB_CROSSOVER, LDBB_DITHER,
+    LDBB_DITHER_RATE, LDBB_GAIN, LDBB_GAUGE_LIMIT, LDBB_GAUGE_SPAN, LDBB_INCLINATION, LDBB_LAG,
+    LDBB_MOST, LDBB_OFFSET, LDBB_PRESSURE_SPAN, LDBB_RATE, LDBB_REST, LDBB_SETTLE, LDBB_TOLERANCE,
+    LDBB_TRIM, LDBB_VALVE_SPAN, LDBB_WEIGHT, LDBB_WINDOW, LDBB_WINDOW_TIME, SUPPLY_HIGH,
+    SUPPLY_LOW, SUPPLY_SPAN, Settings,
 };
-use rarma_core::wire::CircleJob;
+use rarma_core::wire::{CircleJob, StandJob};
 
 /// An order of the current loop lasts this long, s: the main side may be late by two
 /// milliseconds, no more.
@@ -36,7 +38,8 @@ pub struct RigPlan {
     bias_a: f32,
     ramp_s: f32,
     rest_pa: f32,
-    rate_pa_s: f32,
+    valve: ValveConfig,
+    bar: BarSet,
     valve_span_pa: f32,
 }
 
@@ -58,6 +61,35 @@ pub fn limits(s: &Settings) -> RigLimits {
         lag_s: s.real(LDBB_LAG),
         gauge_span_m: s.real(LDBB_GAUGE_SPAN),
         gauge_limit_m: s.real(LDBB_GAUGE_LIMIT),
+    }
+}
+
+/// What the valve loop may do.
+pub fn valve(s: &Settings) -> ValveConfig {
+    ValveConfig {
+        rate_pa_s: s.real(LDBB_RATE),
+        lag_s: s.real(LDBB_LAG),
+        crossover_hz: s.real(LDBB_CROSSOVER),
+        most_trim_pa: s.real(LDBB_TRIM),
+        most_pa: s.real(LDBB_MOST),
+        settle_pa: s.real(LDBB_WINDOW),
+        settle_pa_s: s.real(LDBB_WINDOW),
+        settle_s: s.real(LDBB_WINDOW_TIME),
+        dither_pa: s.real(LDBB_DITHER),
+        dither_hz: s.real(LDBB_DITHER_RATE),
+    }
+}
+
+/// The ball bar as it stands.
+pub fn bar(s: &Settings) -> BarSet {
+    BarSet {
+        law: ForceLaw {
+            gain_n_per_pa: s.real(LDBB_GAIN),
+            offset_n: s.real(LDBB_OFFSET),
+        },
+        inclination_rad: s.real(LDBB_INCLINATION),
+        weight_n: s.real(LDBB_WEIGHT),
+        most_pa: s.real(LDBB_MOST),
     }
 }
 
@@ -112,18 +144,9 @@ impl RigPlan {
             bias_a: s.real(CERS_BIAS),
             ramp_s: s.real(CERS_RAMP),
             rest_pa: s.real(LDBB_REST),
-            rate_pa_s: s.real(LDBB_RATE),
+            valve: valve(s),
+            bar: bar(s),
             valve_span_pa: s.real(LDBB_VALVE_SPAN),
-        }
-    }
-
-    /// What the valve loop may do.
-    fn valve(&self) -> ValveConfig {
-        ValveConfig {
-            rate_pa_s: self.rate_pa_s,
-            lag_s: self.limits.lag_s,
-            most_pa: self.limits.most_pa,
-            ..ValveConfig::default()
         }
     }
 
@@ -220,7 +243,18 @@ impl RigDuty {
     /// # Errors
     /// [`Denial::Limit`].
     pub fn want_circle(&mut self, job: &CircleJob) -> Result<(), Denial> {
-        self.bar.want(job, &self.plan.limits)?;
+        self.bar.want(job, &self.plan.bar)?;
+        self.wanted_pa = self.plan.rest_pa;
+        Ok(())
+    }
+
+    /// A static test; after it the bar is held at rest.
+    ///
+    /// # Errors
+    /// [`Denial::Limit`].
+    pub fn want_stand(&mut self, job: &StandJob) -> Result<(), Denial> {
+        self.bar
+            .want_stand(job, &self.plan.bar, self.plan.limits.gauge_limit_m)?;
         self.wanted_pa = self.plan.rest_pa;
         Ok(())
     }
@@ -267,8 +301,9 @@ impl RigDuty {
         let mut command_pa = 0.0;
         let wanted_pa = to(self.wanted_pa, ldbb);
         if ldbb {
-            let valve = self.plan.valve();
-            (self.now_pa, command_pa) = self.bar.step(&valve, wanted_pa, permission.rise, state);
+            (self.now_pa, command_pa) =
+                self.bar
+                    .step(&self.plan.valve, wanted_pa, permission.rise, state);
         } else {
             self.now_pa = 0.0;
             self.bar.fall();
@@ -276,7 +311,7 @@ impl RigDuty {
         self.arrived = match mode {
             Mode::Cers => self.now_a == to(self.wanted_a, cers),
             // A test moves the set point by itself.
-            Mode::Ldbb => self.now_pa == wanted_pa || self.bar.stage().is_some(),
+            Mode::Ldbb => self.now_pa == wanted_pa || self.bar.busy(),
             Mode::Safe | Mode::Monitor => true,
         };
         let order = CoilOrder {

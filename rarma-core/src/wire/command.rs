@@ -7,7 +7,7 @@
 
 use crate::guard::{Denial, FaultRecord, Mode, Severity, Stage};
 use crate::settings::{SettingError, SettingValue};
-use crate::wire::circle::CircleJob;
+use crate::wire::circle::{CircleJob, StandJob};
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
@@ -67,6 +67,10 @@ pub enum Command {
     Status,
     /// A whole test of LDBB under way: pressures, circles, findings.
     Circle(CircleJob),
+    /// A static test of LDBB under way: directions, pressures up and down.
+    Stand(StandJob),
+    /// The machine stands in the direction that the static test asked for.
+    Go,
 }
 
 /// The answer to a command.

@@ -16,7 +16,7 @@ use serde::de::DeserializeOwned;
 /// First two bytes of every frame.
 pub const MAGIC: [u8; 2] = *b"RA";
 /// Version of the messages; a receiver refuses any other by name.
-pub const VERSION: u8 = 3;
+pub const VERSION: u8 = 4;
 /// Longest frame on the wire, bytes, the closing zero included.
 pub const MAX_FRAME: usize = 320;
 /// Longest frame before it is stuffed.
