@@ -3,13 +3,14 @@
 //! Rate: once a millisecond, from the output duty ([`crate::rig`]). What it has to say
 //! waits until the slow duty fetches it ([`BarDuty::news`]).
 
+use crate::stand::StandDuty;
 use heapless::Deque;
-use rarma_core::guard::{Denial, RigLimits, RigState};
+use rarma_core::guard::{Denial, RigState};
 use rarma_core::ldbb::{
-    Event, ForceLaw, Procedure, RunDone, Seen, Sense, Stage, StiffnessMap, Trace, ValveConfig,
+    BarSet, Event, Procedure, RunDone, Seen, Sense, Stage, StiffnessMap, Trace, ValveConfig,
     ValveLoop,
 };
-use rarma_core::wire::{CIRCLE_POINTS, CircleJob, CircleMessage, CirclePoints};
+use rarma_core::wire::{CIRCLE_POINTS, CircleJob, CircleMessage, CirclePoints, StandJob};
 
 /// Directions the box keeps: 2° each.
 pub const BINS: usize = 180;
@@ -24,8 +25,10 @@ pub struct BarDuty {
     valve: ValveLoop,
     settled: bool,
     procedure: Option<Procedure>,
-    /// The other direction at this force, until both are there.
-    half: Option<Trace<f32, BINS>>,
+    standing: Option<StandDuty>,
+    bar: Option<BarSet>,
+    /// The other direction at this pressure and its force, N, until both are there.
+    half: Option<(Trace<f32, BINS>, f32)>,
     both: bool,
     map: StiffnessMap<f32, BINS>,
     points: CirclePoints,
@@ -40,6 +43,8 @@ impl Default for BarDuty {
             valve: ValveLoop::default(),
             settled: false,
             procedure: None,
+            standing: None,
+            bar: None,
             half: None,
             both: false,
             map: StiffnessMap::default(),
@@ -56,28 +61,63 @@ impl BarDuty {
     pub fn fall(&mut self) {
         self.valve.reset();
         self.settled = false;
-        self.procedure = None;
+        self.end_test();
     }
 
     /// A set point by hand, or a stop, ends a test.
     pub fn end_test(&mut self) {
         self.procedure = None;
+        self.standing = None;
     }
 
-    /// A test is wanted.
+    /// A test of circles is wanted.
     ///
     /// # Errors
-    /// [`Denial::Limit`]: a pressure is beyond the setting, or the job's numbers do not
-    /// fit together.
-    pub fn want(&mut self, job: &CircleJob, limits: &RigLimits) -> Result<(), Denial> {
-        let within = job.pressures_pa.iter().all(|p| *p <= limits.most_pa);
-        let (config, schedule) = job.procedure().filter(|_| within).ok_or(Denial::Limit)?;
+    /// [`Denial::Limit`]: a pressure is out of reach or does not hold the bar, or the job's
+    /// numbers do not fit together.
+    pub fn want(&mut self, job: &CircleJob, bar: &BarSet) -> Result<(), Denial> {
+        let job = job.for_bar(bar).map_err(|_| Denial::Limit)?;
+        let (config, schedule) = job.procedure().ok_or(Denial::Limit)?;
         self.procedure = Some(Procedure::new(config, schedule).ok_or(Denial::Limit)?);
+        self.standing = None;
+        self.bar = Some(*bar);
         self.map = StiffnessMap::default();
         self.half = None;
         self.both = job.both;
         self.news.clear();
         Ok(())
+    }
+
+    /// A static test is wanted.
+    ///
+    /// # Errors
+    /// As [`Self::want`].
+    pub fn want_stand(
+        &mut self,
+        job: &StandJob,
+        bar: &BarSet,
+        gauge_limit_m: f32,
+    ) -> Result<(), Denial> {
+        let stand = StandDuty::new(job, bar, gauge_limit_m).ok_or(Denial::Limit)?;
+        self.standing = Some(stand);
+        self.procedure = None;
+        self.news.clear();
+        Ok(())
+    }
+
+    /// The machine stands where the static test wants it.
+    ///
+    /// # Errors
+    /// [`Denial::NotReady`]: no static test waits for it.
+    pub fn go(&mut self) -> Result<(), Denial> {
+        let standing = self.standing.as_mut().filter(|s| !s.is_over());
+        standing.ok_or(Denial::NotReady)?.go();
+        Ok(())
+    }
+
+    /// Whether a test moves the set point.
+    pub fn busy(&self) -> bool {
+        self.procedure.is_some() || self.standing.is_some()
     }
 
     /// Where the test is; none without one.
@@ -102,7 +142,16 @@ impl BarDuty {
     ) -> (f32, f32) {
         let (mut set_pa, mut dither) = (set_pa, false);
         if !at_work {
-            self.procedure = None;
+            self.end_test();
+        }
+        if let Some(mut standing) = self.standing.take() {
+            let seen = self.seen(state);
+            for message in standing.step(&seen).into_iter().flatten() {
+                self.say(message);
+            }
+            let asked = standing.asked();
+            (set_pa, dither) = (asked.pressure_pa.min(c.most_pa), asked.dither);
+            self.standing = Some(standing);
         }
         if let Some(mut procedure) = self.procedure.take() {
             self.test(&mut procedure, state);
@@ -115,12 +164,16 @@ impl BarDuty {
         (out.reference_pa, out.command_pa)
     }
 
-    fn test(&mut self, procedure: &mut Procedure, state: &RigState) {
-        let seen = Seen {
+    fn seen(&self, state: &RigState) -> Seen {
+        Seen {
             gauge_m: state.gauge_m,
             pressure_pa: state.pressure_pa,
             settled: self.settled,
-        };
+        }
+    }
+
+    fn test(&mut self, procedure: &mut Procedure, state: &RigState) {
+        let seen = self.seen(state);
         let run = procedure.run().map_or(0, |r| r.number);
         let event = procedure.step(&seen);
         if let Some(run_s) = procedure.run_s() {
@@ -191,14 +244,22 @@ impl BarDuty {
             arc_s: done.map.to_s - done.map.from_s,
             pressure_pa: done.pressure_pa,
             feed_m_s: done.feed_m_s,
+            proof: done.proof,
+            reversals: (done.reversals.seen, done.reversals.off_rad),
         });
-        if done.run.rising {
+        if let Some(bar) = self.bar
+            && done.run.rising
+        {
             let trace: Trace<f32, BINS> = procedure.trace(done);
-            let force_n = ForceLaw::standard().force_n(done.pressure_pa);
+            // The gauge sees ΔL = Δr·cos φ: c = (ΔL/cos φ)/F_plane, so the readings stay and the
+            // force takes cos φ.
+            let force_n = bar.in_plane_n(done.pressure_pa) * bar.cos();
             match (self.both, self.half.take()) {
-                (true, None) => self.half = Some(trace),
+                (true, None) => self.half = Some((trace, force_n)),
                 (_, other) => {
-                    let mean = other.map_or(trace, |o| o.averaged(&trace));
+                    let (mean, force_n) = other.map_or((trace, force_n), |(o, f)| {
+                        (o.averaged(&trace), 0.5 * (f + force_n))
+                    });
                     // A force that is not finite would be a pressure that is not: checked.
                     let _ = self.map.add(&mean, force_n);
                 }

@@ -226,6 +226,14 @@ fn carry_out<B: BoxBoard>(
             all.rig.exciting.quiet();
             Ok(Answer::Done)
         }
+        Command::Stand(job) => {
+            ready(all, Mode::Ldbb)?;
+            done(all.rig.want_stand(&job))
+        }
+        Command::Go => {
+            ready(all, Mode::Ldbb)?;
+            done(all.rig.bar.go())
+        }
         Command::Status => {
             all.tell_status(board, now_us);
             Ok(Answer::Done)

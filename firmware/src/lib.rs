@@ -20,6 +20,7 @@ pub mod monitor;
 pub mod notices;
 pub mod rig;
 pub mod sensor_box;
+pub mod stand;
 pub mod store;
 pub mod tell;
 

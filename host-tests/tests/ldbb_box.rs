@@ -4,15 +4,16 @@
 //! `cargo test --release -p host-tests --test ldbb_box -- --nocapture`
 
 use hal_sim::plant::ldbb::drive::program;
-use hal_sim::plant::ldbb::{BenchConfig, MotionFault};
+use hal_sim::plant::ldbb::{Around, BenchConfig, MotionFault};
 use hal_sim::rig::{FaultEvent, FaultKind, RigSetUp, SimBox, SimRig};
 use host_tests::ldbb::m3;
-use host_tests::rig::{answer, quiet};
+use host_tests::rig::{answer, quiet, set};
 use rarma_cli::ldbb::{Options, RunData, evaluate};
 use rarma_core::guard::{Denial, FaultCode, Mode, Severity, Stage};
 use rarma_core::ldbb::{AngleMap, ForceLaw, RunFault, Sense};
+use rarma_core::settings::SettingValue;
 use rarma_core::wire::{
-    Answer, CIRCLE_RATE_HZ, CircleJob, CircleMessage, Command, Refused, Telemetry,
+    Answer, CIRCLE_RATE_HZ, CircleJob, CircleMessage, Command, Refused, StandJob, Telemetry,
 };
 
 const FEED_M_S: f32 = 2000.0 / 6e4;
@@ -41,31 +42,53 @@ struct Told {
     world_s: f64,
 }
 
-/// A box with a machine under its bar, at its working point.
-fn ready(bench: BenchConfig, faults: Vec<FaultEvent>) -> SimBox {
+/// The box's converter has noise and steps of its own.
+fn quieter(mut bench: BenchConfig) -> BenchConfig {
+    bench.gauge.noise_m = 0.2e-6;
+    bench.gauge.step_m = 0.0;
+    bench
+}
+
+fn rig(bench: BenchConfig, faults: Vec<FaultEvent>) -> SimRig {
     let set_up = RigSetUp {
         faults,
         ..RigSetUp::default()
     };
     let mut rig = SimRig::new(set_up, quiet(1));
-    let mut bench = bench;
-    // The box's converter has noise and steps of its own.
-    bench.gauge.noise_m = 0.2e-6;
-    bench.gauge.step_m = 0.0;
-    rig.set_bar(bench);
-    let mut all = SimBox::new(rig);
-    all.run_to(100_000);
+    rig.set_bar(quieter(bench));
+    rig
+}
+
+/// From start-up, at 0.1 s, to the working point.
+fn arm(all: &mut SimBox) {
     all.send(&Command::Start(Mode::Ldbb));
     all.run_to(200_000);
     all.send(&Command::Arm);
     all.run_to(1_500_000);
     assert_eq!(all.app.supervisor().stage(), Stage::Ready);
+}
+
+/// A box with a machine under its bar, at its working point.
+fn ready(bench: BenchConfig, faults: Vec<FaultEvent>) -> SimBox {
+    let mut all = SimBox::new(rig(bench, faults));
+    all.run_to(100_000);
+    arm(&mut all);
     all
 }
 
 /// Runs a test to its end; the operator starts the machine 0.3 s after the box is ready.
 fn run(all: &mut SimBox, job: &CircleJob, motion: Option<(u16, MotionFault)>) -> Told {
-    let (config, _) = job.procedure().expect("a sound job");
+    run_as(all, job, job, motion)
+}
+
+/// The same where the machine runs another circle than that of the job: an inclined bar's.
+fn run_as(
+    all: &mut SimBox,
+    job: &CircleJob,
+    machine: &CircleJob,
+    motion: Option<(u16, MotionFault)>,
+) -> Told {
+    let (config, _) = machine.procedure().expect("a sound job");
     let bar = all.rig.bar_mut().expect("a machine");
     bar.prepare(&program(&config, Sense::Ccw));
     let to = all.send(&Command::Circle(*job));
@@ -88,7 +111,8 @@ fn run(all: &mut SimBox, job: &CircleJob, motion: Option<(u16, MotionFault)>) ->
                 Telemetry::Circle(CircleMessage::Points(p)) => {
                     for (k, gauge_m) in p.gauge_m.iter().enumerate() {
                         let ms = f64::from(p.first_ms) + 1e3 / f64::from(CIRCLE_RATE_HZ) * k as f64;
-                        readings.push((1e-3 * ms, f64::from(*gauge_m)));
+                        let pa = f64::from(p.pressure_pa);
+                        readings.push((1e-3 * ms, f64::from(*gauge_m), pa));
                     }
                 }
                 Telemetry::Circle(CircleMessage::Done {
@@ -148,7 +172,7 @@ fn captured(
     rising: bool,
     arc_s: f32,
     pressure_pa: f32,
-    readings: &[(f64, f64)],
+    readings: &[(f64, f64, f64)],
 ) -> RunData {
     let (from, sweep) = (f64::from(config.start_rad), f64::from(config.sweep_rad));
     let map = AngleMap {
@@ -159,15 +183,20 @@ fn captured(
         to_s: f64::from(arc_s),
     };
     let overshoot = f64::from(config.overshoot_rad);
+    let inside = || {
+        readings
+            .iter()
+            .filter_map(|(t, r, pa)| Some((map.captured(*t, overshoot)?, *r, *pa)))
+    };
     RunData {
         number: u32::from(run),
         sense: map.sense,
         rising,
         pressure_pa: f64::from(pressure_pa),
         force_n: ForceLaw::standard().force_n(f64::from(pressure_pa)),
-        points: readings
-            .iter()
-            .filter_map(|(t, r)| Some((map.captured(*t, overshoot)?, *r)))
+        points: inside().map(|(theta, r, _)| (theta, r)).collect(),
+        forces_n: inside()
+            .map(|(_, _, pa)| ForceLaw::standard().force_n(pa))
             .collect(),
     }
 }
@@ -327,6 +356,166 @@ fn motion_faults_leave_the_bar_held() {
         assert_eq!(all.app.supervisor().stage(), Stage::Ready);
         assert!(told.faults.is_empty() && told.runs.len() == 1);
     }
+}
+
+/// What the settings say of the bar: a calibrated law of 10 % more, an inclination of 30°.
+#[test]
+fn law_and_inclination_are_settings() {
+    let found = |name: &str, value: f32, incline: f64| {
+        let mut all = SimBox::new(rig(m3(), Vec::new()));
+        all.run_to(100_000);
+        set(&mut all, name, SettingValue::Real(value));
+        let mut bench = m3();
+        bench.inclination_rad = incline;
+        bench.machine.radius_m *= incline.cos();
+        all.rig.set_bar(quieter(bench));
+        arm(&mut all);
+        let flat = job(&[0.5, 2.0, 4.0], true, false);
+        let level = f64::from(flat.feed_m_s);
+        let mut bar = flat;
+        // The machine runs the circle of the inclined bar.
+        bar.radius_m *= incline.cos() as f32;
+        bar.feed_m_s *= incline.cos() as f32;
+        let told = run_as(&mut all, &flat, &bar, None);
+        assert_eq!((told.failed, told.runs.len()), (None, 6), "{name} {level}");
+        let Some(CircleMessage::Stiffness { mean_n_per_m, .. }) = told.stiffness else {
+            panic!("the box says nothing")
+        };
+        (f64::from(mean_n_per_m), told)
+    };
+    let (standard, _) = found("ldbb.gain", 1.26e-3, 0.0);
+    let (more, _) = found("ldbb.gain", 1.386e-3, 0.0);
+    println!("gain 10 % more: {:.4}", more / standard);
+    assert!((more / standard - 1.1).abs() < 2e-3);
+    let (inclined, told) = found("ldbb.inclination", 30f32.to_radians(), 30f64.to_radians());
+    println!("30°: {:.3} of the level stiffness", inclined / standard);
+    // The plant's machine is as stiff in every inclination.
+    assert!((inclined / standard - 1.0).abs() < 0.01);
+    // 490 N in the plane are 566 N along the bar: 4.60 bar for 4.
+    let most = told.runs.iter().fold(0.0, |m: f64, r| m.max(r.pressure_pa));
+    assert!((most - 4.6016e5).abs() < 500.0, "{most}");
+}
+
+/// The static test by the box: figure 17's hysteresis, table 2's stiffness, four directions.
+#[test]
+fn static_test() {
+    let mut bench = m3();
+    bench.machine.hysteresis_m = Around {
+        mean: 4.5e-6,
+        waves: [(1.5e-6, 0.0), (0.0, 0.0), (0.0, 0.0)],
+    };
+    bench.machine.standing = Around::constant(0.05);
+    let mut all = ready(bench, Vec::new());
+    let mut pressures_pa = [0.0; 8];
+    for (k, p) in pressures_pa.iter_mut().enumerate() {
+        *p = if k == 0 { 4e4 } else { 1e5 * k as f32 };
+    }
+    let stand = StandJob {
+        pressures_pa,
+        directions: 4,
+    };
+    let to = all.send(&Command::Go);
+    all.run_for(0.1);
+    let not_now = Answer::Refused(Refused::Denied(Denial::NotReady));
+    assert_eq!(answer(&all, to), Some(not_now), "nothing waits for it");
+    for bad in [
+        StandJob {
+            directions: 0,
+            ..stand
+        },
+        StandJob {
+            pressures_pa: [8e5; 8],
+            ..stand
+        },
+        StandJob {
+            pressures_pa: [2e4, 1e5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            ..stand
+        },
+    ] {
+        let to = all.send(&Command::Stand(bad));
+        all.run_for(0.1);
+        let refused = Answer::Refused(Refused::Denied(Denial::Limit));
+        assert_eq!(answer(&all, to), Some(refused), "{bad:?}");
+    }
+    let to = all.send(&Command::Stand(stand));
+    all.run_for(0.02);
+    assert_eq!(answer(&all, to), Some(Answer::Done));
+    let (mut held, mut cycles) = (0, Vec::new());
+    let until_us = all.rig.world_us() + 1_200_000_000;
+    while cycles.len() < 4 && all.rig.world_us() < until_us {
+        all.step();
+        for heard in std::mem::take(&mut all.host.heard) {
+            match heard.message {
+                Telemetry::Circle(CircleMessage::Go { direction }) => {
+                    let theta = f64::from(direction) * std::f64::consts::FRAC_PI_2;
+                    all.rig.bar_mut().expect("a machine").stand(theta);
+                    all.send(&Command::Go);
+                }
+                Telemetry::Circle(CircleMessage::Held { step, rising, .. }) => {
+                    assert_eq!(rising, step < 8);
+                    held += 1;
+                }
+                Telemetry::Circle(found @ CircleMessage::Cycle { .. }) => cycles.push(found),
+                Telemetry::Circle(CircleMessage::Failed { why, .. }) => panic!("{why:?}"),
+                Telemetry::Fault(f) => panic!("{f:?}"),
+                _ => {}
+            }
+        }
+    }
+    assert_eq!(held, 60);
+    for (k, cycle) in cycles.iter().enumerate() {
+        let CircleMessage::Cycle {
+            direction,
+            left_m,
+            stiffness_n_per_m: (n_per_m, sd),
+            ..
+        } = cycle
+        else {
+            continue;
+        };
+        let theta = k as f64 * std::f64::consts::FRAC_PI_2;
+        let left = bench.machine.hysteresis_m.at(theta);
+        let want = bench.machine.stiffness_n_per_m.at(theta) / 1.05;
+        println!(
+            "{:3.0}°: left {:.2} µm ({:.2}), {:.2} ± {:.2} N/µm ({:.2})",
+            theta.to_degrees(),
+            1e6 * left_m,
+            1e6 * left,
+            1e-6 * n_per_m,
+            1e-6 * sd,
+            1e-6 * want
+        );
+        assert_eq!(usize::from(*direction), k);
+        assert!((f64::from(*left_m) - left).abs() < 0.4e-6);
+        assert!((f64::from(*n_per_m) / want - 1.0).abs() < 0.01 && *sd > 0.0);
+    }
+    // The bar is held at rest, and the box goes on.
+    all.run_for(3.0);
+    let pa = all.rig.plant().pressure_pa;
+    assert!((3.8e4..4.2e4).contains(&pa), "{pa}");
+    assert_eq!(all.app.supervisor().stage(), Stage::Ready);
+}
+
+/// A test by the box that comes down again: hysteresis while moving.
+#[test]
+fn hysteresis_while_moving_by_the_box() {
+    let mut bench = m3();
+    bench.machine.hysteresis_m = Around::constant(4.5e-6);
+    let mut all = ready(bench, Vec::new());
+    let told = run(&mut all, &job(&[0.4, 1.5, 3.0], true, true), None);
+    assert_eq!((told.failed, told.runs.len()), (None, 10));
+    let options = Options {
+        feed_m_s: f64::from(FEED_M_S),
+        ..Options::default()
+    };
+    let f = evaluate(&told.runs, &[], &options).expect("a whole test");
+    let moving = f.moving.expect("up and down");
+    let worst = moving
+        .iter()
+        .fold(0.0, |m: f64, c| m.max((c.left_um - 4.5).abs()));
+    let mean = moving.iter().map(|c| c.left_um).sum::<f64>() / moving.len() as f64;
+    println!("moving: {mean:.2} µm of 4.50, worst {worst:.2} µm off");
+    assert!((mean - 4.5).abs() < 0.1 && worst < 0.3 && worst > 1e-3);
 }
 
 #[test]

@@ -63,6 +63,48 @@ fn a_sound_test_runs_through() {
     }
 }
 
+/// A test that comes down again: the pressure goes on during every run the way it came, the
+/// second run of a pressure begins where the first ended, and the highest pressure stays.
+#[test]
+fn the_pressure_goes_on_with_the_way() {
+    let schedule = Schedule::new(&PRESSURES, true, true).expect("rising");
+    let config = at_feed(2000.0).with_way_down();
+    let none = Trouble::default();
+    let test = circles(m3(), config, ValveConfig::default(), schedule, &none).expect("sound");
+    assert_eq!((test.fault, test.runs.len()), (None, 10));
+    let mean = |part: &[hal_sim::plant::ldbb::drive::Point]| {
+        part.iter().map(|p| p.pressure_pa).sum::<f64>() / part.len() as f64
+    };
+    let ends: Vec<(f64, f64)> = test
+        .runs
+        .iter()
+        .map(|r| {
+            (
+                mean(&r.points[..50]),
+                mean(&r.points[r.points.len() - 50..]),
+            )
+        })
+        .collect();
+    for (k, (from, to)) in ends.iter().enumerate() {
+        let way = match k / 2 {
+            0 | 1 => 8e3,
+            2 => 0.0,
+            _ => -8e3,
+        };
+        println!("run {k}: {from:.0} to {to:.0} Pa");
+        assert!((to - from - way).abs() < 600.0, "run {k}: {from} to {to}");
+        if k % 2 == 1 {
+            assert!(
+                (from - ends[k - 1].1).abs() < 600.0,
+                "run {k} does not go on"
+            );
+        }
+    }
+    assert!(test.least_moving_pa > 3.9e4);
+    // It ends where it began.
+    assert!((ends[9].1 - 4e4).abs() < 400.0 && (ends[0].0 - 4e4).abs() < 400.0);
+}
+
 /// Angle from both triggers against where the machine was: a centre 40 µm
 /// off along +X is found along +X.
 #[test]

@@ -2,6 +2,7 @@
 
 use crate::speech::shown;
 use rarma_core::guard::{FaultRecord, Severity};
+use rarma_core::ldbb::Proof;
 use rarma_core::settings::find;
 use rarma_core::wire::{Answer, CircleMessage, Deframer, ExcitationMessage, FrameError, Telemetry};
 use serde::Serialize;
@@ -309,10 +310,43 @@ fn circle_words(circle: &CircleMessage) -> String {
             arc_s,
             pressure_pa,
             feed_m_s,
+            proof,
+            reversals: (seen, off_rad),
         } => format!(
-            "circle {run}: done in {arc_s:.2} s, {:.3} bar, {:.0} mm/min",
+            "circle {run}: done in {arc_s:.2} s, {:.3} bar, {:.0} mm/min, direction {}, {seen} reversals seen, off by {:.1}°",
             1e-5 * pressure_pa,
-            6e4 * feed_m_s
+            6e4 * feed_m_s,
+            match proof {
+                Proof::None => "not proven",
+                Proof::LikeBefore => "like the run before",
+                Proof::Reversals => "proven",
+            },
+            off_rad.to_degrees()
+        ),
+        CircleMessage::Go { direction } => {
+            format!("static: go to direction {direction}, then say go")
+        }
+        CircleMessage::Held {
+            direction,
+            step,
+            force_n,
+            dr_m,
+            ..
+        } => format!(
+            "static {direction}.{step}: {force_n:.1} N, {:.2} µm",
+            1e6 * dr_m
+        ),
+        CircleMessage::Cycle {
+            direction,
+            most_m,
+            left_m,
+            stiffness_n_per_m: (k, sd),
+        } => format!(
+            "static {direction}: {:.2} ± {:.2} N/µm, {:.2} µm left, {:.2} µm at most",
+            1e-6 * k,
+            1e-6 * sd,
+            1e6 * left_m,
+            1e6 * most_m
         ),
         CircleMessage::Failed { run, why } => format!("circle {run}: ended, {why:?}"),
         CircleMessage::Stiffness {

@@ -3,10 +3,10 @@
 use rarma_core::cers::{Direction, ExcitationJob, Signal};
 use rarma_core::guard::Mode;
 use rarma_core::settings::{Kind, SETTINGS, Setting, SettingValue};
-use rarma_core::wire::{CircleJob, Command, JOB_PRESSURES};
+use rarma_core::wire::{CircleJob, Command, JOB_PRESSURES, StandJob};
 
 /// What can be said.
-pub const WORDS: &str = "identify | status | start safe|monitor|cers|ldbb | stop | arm | clear | stream SECONDS | pressure PA | current A | circle MM_PER_MIN BAR,BAR,… [both] [down] | excite noise|prbs|sweep|steps x|y|both RMS_A LOW:HIGH SECONDS [LINES] | quiet | read NAME | set NAME VALUE | save NAME | reset NAME";
+pub const WORDS: &str = "identify | status | start safe|monitor|cers|ldbb | stop | arm | clear | stream SECONDS | pressure PA | current A | circle MM_PER_MIN BAR,BAR,… [both] [down] | static DIRECTIONS BAR,BAR,… | go | excite noise|prbs|sweep|steps x|y|both RMS_A LOW:HIGH SECONDS [LINES] | quiet | read NAME | set NAME VALUE | save NAME | reset NAME";
 
 /// A line to a command.
 ///
@@ -39,6 +39,8 @@ pub fn command(line: &str) -> Result<Command, String> {
         ["pressure", pa] => Command::Pressure { pa: number(pa)? },
         ["current", a] => Command::Current { a: number(a)? },
         ["circle", feed, bars, ref ways @ ..] => circle(number(feed)?, bars, ways)?,
+        ["static", directions, bars] => stand(directions, bars)?,
+        ["go"] => Command::Go,
         ["excite", signal, direction, rms_a, band, seconds] => excite(
             signal,
             direction,
@@ -78,20 +80,7 @@ pub fn command(line: &str) -> Result<Command, String> {
 
 /// `circle FEED BARS [both] [down]`: feed in mm/min, pressures in bar.
 fn circle(feed_mm_min: f32, bars: &str, ways: &[&str]) -> Result<Command, String> {
-    let mut pressures_pa = [0.0; JOB_PRESSURES];
-    let given: Vec<&str> = bars.split(',').collect();
-    if given.len() > JOB_PRESSURES {
-        return Err(format!(
-            "{} pressures, there is room for {JOB_PRESSURES}",
-            given.len()
-        ));
-    }
-    for (place, bar) in pressures_pa.iter_mut().zip(given) {
-        let bar: f32 = bar
-            .parse()
-            .map_err(|_| format!("`{bar}` is not a number"))?;
-        *place = 1e5 * bar;
-    }
+    let pressures_pa = pressures(bars)?;
     if let Some(word) = ways.iter().find(|w| !["both", "down"].contains(w)) {
         return Err(format!("`{word}` is neither both nor down"));
     }
@@ -147,6 +136,39 @@ fn excite(
         seconds,
         lines,
     }))
+}
+
+/// `static DIRECTIONS BARS`: pressures in bar, up and down in each direction.
+fn stand(directions: &str, bars: &str) -> Result<Command, String> {
+    let job = StandJob {
+        pressures_pa: pressures(bars)?,
+        directions: directions
+            .parse()
+            .map_err(|_| format!("`{directions}` is not a number of directions"))?,
+    };
+    if job.schedule().is_none() {
+        return Err("the pressures must rise, and there must be a direction".to_owned());
+    }
+    Ok(Command::Stand(job))
+}
+
+/// Pressures in bar, Pa.
+fn pressures(bars: &str) -> Result<[f32; JOB_PRESSURES], String> {
+    let mut pressures_pa = [0.0; JOB_PRESSURES];
+    let given: Vec<&str> = bars.split(',').collect();
+    if given.len() > JOB_PRESSURES {
+        return Err(format!(
+            "{} pressures, there is room for {JOB_PRESSURES}",
+            given.len()
+        ));
+    }
+    for (place, bar) in pressures_pa.iter_mut().zip(given) {
+        let bar: f32 = bar
+            .parse()
+            .map_err(|_| format!("`{bar}` is not a number"))?;
+        *place = 1e5 * bar;
+    }
+    Ok(pressures_pa)
 }
 
 /// The setting of a name.

@@ -5,7 +5,7 @@
 
 mod plan;
 
-pub use plan::{LEASE_S, RigPlan, limits};
+pub use plan::{LEASE_S, RigPlan, bar, limits, valve};
 
 use crate::bar::BarDuty;
 use crate::board::{BoxBoard, COILS, DacCode, SensorCodes};
@@ -13,7 +13,7 @@ use crate::current_loop::{CoilAction, CoilOrder, CoilReport};
 use crate::exciting::Exciting;
 use plan::LEAST_SUPPLY_V;
 use rarma_core::guard::{Denial, Mode, Permission, RigCodes, RigCoils, RigState, Steady};
-use rarma_core::wire::CircleJob;
+use rarma_core::wire::{CircleJob, StandJob};
 
 /// A supply that has not moved for this long is steady, ms.
 const STEADY_MS: u32 = 50;
@@ -114,7 +114,18 @@ impl RigDuty {
     /// # Errors
     /// [`Denial::Limit`].
     pub fn want_circle(&mut self, job: &CircleJob) -> Result<(), Denial> {
-        self.bar.want(job, &self.plan.limits)?;
+        self.bar.want(job, &self.plan.bar)?;
+        self.wanted_pa = self.plan.rest_pa;
+        Ok(())
+    }
+
+    /// A static test; after it the bar is held at rest.
+    ///
+    /// # Errors
+    /// [`Denial::Limit`].
+    pub fn want_stand(&mut self, job: &StandJob) -> Result<(), Denial> {
+        self.bar
+            .want_stand(job, &self.plan.bar, self.plan.limits.gauge_limit_m)?;
         self.wanted_pa = self.plan.rest_pa;
         Ok(())
     }
@@ -169,8 +180,9 @@ impl RigDuty {
         let mut command_pa = 0.0;
         let wanted_pa = to(self.wanted_pa, ldbb);
         if ldbb {
-            let valve = self.plan.valve();
-            (self.now_pa, command_pa) = self.bar.step(&valve, wanted_pa, permission.rise, state);
+            (self.now_pa, command_pa) =
+                self.bar
+                    .step(&self.plan.valve, wanted_pa, permission.rise, state);
         } else {
             self.now_pa = 0.0;
             self.bar.fall();
@@ -178,7 +190,7 @@ impl RigDuty {
         self.arrived = match mode {
             Mode::Cers => self.now_a == to(self.wanted_a, cers),
             // A test moves the set point by itself.
-            Mode::Ldbb => self.now_pa == wanted_pa || self.bar.stage().is_some(),
+            Mode::Ldbb => self.now_pa == wanted_pa || self.bar.busy(),
             Mode::Safe | Mode::Monitor => true,
         };
         self.is_steady = self.steady.steady(state.supply_v, STEADY_MS);

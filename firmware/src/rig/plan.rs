@@ -6,16 +6,17 @@ use rarma_core::cers::{
     AxisForce, Eddy, GapSchedule, Geometry, Magnet, Reach, RegulatorConfig, SensorPath, Tuning,
 };
 use rarma_core::guard::{Denial, RigLimits};
-use rarma_core::ldbb::ValveConfig;
+use rarma_core::ldbb::{BarSet, ForceLaw, ValveConfig};
 use rarma_core::settings::{
     CERS_BIAS, CERS_GAIN_XM, CERS_GAIN_XP, CERS_GAIN_YM, CERS_GAIN_YP, CERS_GAP, CERS_GAP_CORNER,
     CERS_GAP_SPAN, CERS_INDUCTANCE, CERS_IRON_PATH, CERS_KNEE_XM, CERS_KNEE_XP, CERS_KNEE_YM,
     CERS_KNEE_YP, CERS_LAMINATION, CERS_LEAKAGE, CERS_MOST, CERS_NOMINAL, CERS_OFFSET_XM,
     CERS_OFFSET_XP, CERS_OFFSET_YM, CERS_OFFSET_YP, CERS_OVERSPEED, CERS_POLE_ANGLE, CERS_RAMP,
     CERS_RESISTANCE, CERS_SPAN, CERS_THERMAL, CERS_THERMISTOR, CERS_TRIP, CERS_WINDING_LIMIT, Key,
-    LDBB_GAUGE_LIMIT, LDBB_GAUGE_SPAN, LDBB_LAG, LDBB_MOST, LDBB_PRESSURE_SPAN, LDBB_RATE,
-    LDBB_REST, LDBB_SETTLE, LDBB_TOLERANCE, LDBB_VALVE_SPAN, Real, SUPPLY_HIGH, SUPPLY_LOW,
-    SUPPLY_SPAN, Settings,
+    LDBB_CROSSOVER, LDBB_DITHER, LDBB_DITHER_RATE, LDBB_GAIN, LDBB_GAUGE_LIMIT, LDBB_GAUGE_SPAN,
+    LDBB_INCLINATION, LDBB_LAG, LDBB_MOST, LDBB_OFFSET, LDBB_PRESSURE_SPAN, LDBB_RATE, LDBB_REST,
+    LDBB_SETTLE, LDBB_TOLERANCE, LDBB_TRIM, LDBB_VALVE_SPAN, LDBB_WEIGHT, LDBB_WINDOW,
+    LDBB_WINDOW_TIME, Real, SUPPLY_HIGH, SUPPLY_LOW, SUPPLY_SPAN, Settings,
 };
 
 /// An order of the current loop lasts this long, s: the main side may be late by two
@@ -42,7 +43,8 @@ pub struct RigPlan {
     pub(super) bias_a: f32,
     pub(super) ramp_s: f32,
     pub(super) rest_pa: f32,
-    rate_pa_s: f32,
+    pub(super) valve: ValveConfig,
+    pub(super) bar: BarSet,
     pub(super) valve_span_pa: f32,
     inductance_h: f32,
     loop_hz: f32,
@@ -69,6 +71,35 @@ pub fn limits(s: &Settings) -> RigLimits {
         lag_s: s.real(LDBB_LAG),
         gauge_span_m: s.real(LDBB_GAUGE_SPAN),
         gauge_limit_m: s.real(LDBB_GAUGE_LIMIT),
+    }
+}
+
+/// What the valve loop may do.
+pub fn valve(s: &Settings) -> ValveConfig {
+    ValveConfig {
+        rate_pa_s: s.real(LDBB_RATE),
+        lag_s: s.real(LDBB_LAG),
+        crossover_hz: s.real(LDBB_CROSSOVER),
+        most_trim_pa: s.real(LDBB_TRIM),
+        most_pa: s.real(LDBB_MOST),
+        settle_pa: s.real(LDBB_WINDOW),
+        settle_pa_s: s.real(LDBB_WINDOW),
+        settle_s: s.real(LDBB_WINDOW_TIME),
+        dither_pa: s.real(LDBB_DITHER),
+        dither_hz: s.real(LDBB_DITHER_RATE),
+    }
+}
+
+/// The ball bar as it stands.
+pub fn bar(s: &Settings) -> BarSet {
+    BarSet {
+        law: ForceLaw {
+            gain_n_per_pa: s.real(LDBB_GAIN),
+            offset_n: s.real(LDBB_OFFSET),
+        },
+        inclination_rad: s.real(LDBB_INCLINATION),
+        weight_n: s.real(LDBB_WEIGHT),
+        most_pa: s.real(LDBB_MOST),
     }
 }
 
@@ -137,18 +168,9 @@ impl RigPlan {
             bias_a: s.real(CERS_BIAS),
             ramp_s: s.real(CERS_RAMP),
             rest_pa: s.real(LDBB_REST),
-            rate_pa_s: s.real(LDBB_RATE),
+            valve: valve(s),
+            bar: bar(s),
             valve_span_pa: s.real(LDBB_VALVE_SPAN),
-        }
-    }
-
-    /// What the valve loop may do.
-    pub(super) fn valve(&self) -> ValveConfig {
-        ValveConfig {
-            rate_pa_s: self.rate_pa_s,
-            lag_s: self.limits.lag_s,
-            most_pa: self.limits.most_pa,
-            ..ValveConfig::default()
         }
     }
 

@@ -313,6 +313,7 @@ impl Reader {
                 last.force_n += (force_n - last.force_n) / *n as f64;
                 last.pressure_pa += (pressure_pa - last.pressure_pa) / *n as f64;
                 last.points.push((angle_rad, dr_m));
+                last.forces_n.push(force_n);
             }
             _ => self.runs.push((
                 RunData {
@@ -322,6 +323,7 @@ impl Reader {
                     pressure_pa,
                     force_n,
                     points: vec![(angle_rad, dr_m)],
+                    forces_n: vec![force_n],
                 },
                 1,
             )),

@@ -25,7 +25,7 @@ pub fn circle_file(c: &Conditions, run: Option<&RunData>, readings: &[Static]) -
         );
     };
     if let Some(r) = run {
-        for (theta, dr) in &r.points {
+        for (k, (theta, dr)) in r.points.iter().enumerate() {
             line(
                 *theta,
                 *dr,
@@ -33,7 +33,7 @@ pub fn circle_file(c: &Conditions, run: Option<&RunData>, readings: &[Static]) -
                 r.rising,
                 r.number,
                 r.pressure_pa,
-                r.force_n,
+                r.forces_n.get(k).copied().unwrap_or(r.force_n),
             );
         }
     }

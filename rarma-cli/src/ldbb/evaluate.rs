@@ -1,6 +1,7 @@
 //! A test to its findings.
 
 use super::runs::{RunData, Static};
+use super::steady::steadied;
 use super::stiffness::{AllRound, Cycle, all_round, moving_cycles, static_cycles, trace};
 use rarma_core::ldbb::{
     Circle, Deviation, ErrorFit, LdbbError, MachineErrors, Measured, Sense, Spike, Terms,
@@ -120,6 +121,8 @@ pub fn evaluate(
     readings: &[Static],
     options: &Options,
 ) -> Result<Findings, LdbbError> {
+    let steady = steadied(runs, options)?;
+    let runs = steady.as_deref().unwrap_or(runs);
     let mut errors = Vec::new();
     for group in groups(runs) {
         errors.push(at_force(&group, options)?);
@@ -150,7 +153,7 @@ fn groups(runs: &[RunData]) -> Vec<Vec<&RunData>> {
     let mut out: Vec<Vec<&RunData>> = Vec::new();
     for run in runs.iter().filter(|r| r.rising) {
         match out.last_mut() {
-            Some(last) if (last[0].force_n - run.force_n).abs() < 10.0 => last.push(run),
+            Some(last) if last[0].is_level_with(run) => last.push(run),
             _ => out.push(vec![run]),
         }
     }

@@ -3,6 +3,7 @@
 pub mod compare;
 pub mod evaluate;
 pub mod runs;
+pub mod steady;
 pub mod stiffness;
 
 pub use evaluate::{Findings, Options, evaluate};

@@ -3,6 +3,9 @@
 use hal_sim::plant::ldbb::drive::Recorded;
 use rarma_core::ldbb::{AngleMap, ForceLaw, Held, Sense};
 
+/// Runs whose forces are nearer than this are at one step, N.
+const SAME_N: f64 = 10.0;
+
 /// Under which conditions a test was made; the same for all its runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Conditions {
@@ -40,10 +43,32 @@ pub struct RunData {
     pub rising: bool,
     /// Mean pressure, Pa.
     pub pressure_pa: f64,
-    /// Force in the plane, N.
+    /// Force in the plane, N: mean of the run.
     pub force_n: f64,
     /// Angle, rad, and length change in the plane, m.
     pub points: Vec<(f64, f64)>,
+    /// Force in the plane at every point, N; empty where it stays.
+    pub forces_n: Vec<f64>,
+}
+
+impl RunData {
+    /// How far the force goes on within the run, N: last third less first.
+    pub fn creep_n(&self) -> f64 {
+        let third = self.forces_n.len() / 3;
+        if third == 0 {
+            return 0.0;
+        }
+        let mean = |part: &[f64]| part.iter().sum::<f64>() / third as f64;
+        // Middles of the outer thirds are two thirds of the run apart.
+        1.5 * (mean(&self.forces_n[self.forces_n.len() - third..]) - mean(&self.forces_n[..third]))
+    }
+
+    /// Whether both were made at one step of the load: they are as near as a regulator sets
+    /// them, or as the way of a force that goes on from run to run.
+    pub fn is_level_with(&self, other: &Self) -> bool {
+        let way = 0.5 * (self.creep_n().abs() + other.creep_n().abs());
+        (self.force_n - other.force_n).abs() < SAME_N + 1.5 * way
+    }
 }
 
 /// One reading of the static test.
@@ -96,9 +121,10 @@ pub fn from_recorded(
         .points
         .iter()
         .filter_map(|p| Some((map.captured(p.t_s, overshoot_rad)?, p)));
-    let (mut points, mut pressure_pa) = (Vec::new(), 0.0);
+    let (mut points, mut forces_n, mut pressure_pa) = (Vec::new(), Vec::new(), 0.0);
     for (theta, p) in captured {
         points.push((theta, p.gauge_m / cos));
+        forces_n.push(law.force_n(p.pressure_pa) * cos);
         pressure_pa += p.pressure_pa;
     }
     pressure_pa /= points.len().max(1) as f64;
@@ -109,5 +135,6 @@ pub fn from_recorded(
         pressure_pa,
         force_n: law.force_n(pressure_pa) * cos,
         points,
+        forces_n,
     }
 }

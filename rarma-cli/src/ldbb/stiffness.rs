@@ -64,8 +64,11 @@ pub struct AllRound {
     pub rays: Vec<Ray>,
 }
 
-/// Stiffness of runs on the way up.
-pub fn all_round(runs: &[RunData], options: &Options) -> Result<AllRound, LdbbError> {
+/// Forces on the way up and what the bar does at them, in 1° bins.
+///
+/// # Errors
+/// As [`StiffnessMap::add`].
+pub fn rising_map(runs: &[RunData]) -> Result<Box<StiffnessMap<f64, BINS>>, LdbbError> {
     let mut map = Box::new(StiffnessMap::<f64, BINS>::default());
     // The senses of one force together: their difference (backlash, servo) is no
     // scatter about the line.
@@ -79,6 +82,12 @@ pub fn all_round(runs: &[RunData], options: &Options) -> Result<AllRound, LdbbEr
         }
         map.add(&mean, level.force_n)?;
     }
+    Ok(map)
+}
+
+/// Stiffness of runs on the way up.
+pub fn all_round(runs: &[RunData], options: &Options) -> Result<AllRound, LdbbError> {
+    let map = rising_map(runs)?;
     let scatter_m = map.scatter_m(false)?;
     let directions: Vec<_> = map.directions(options.bar_m_per_n)?.collect();
     let pairs = directions
@@ -221,21 +230,21 @@ impl Level {
 }
 
 fn levels(runs: &[&RunData]) -> Vec<Level> {
-    let mut out: Vec<(Level, usize)> = Vec::new();
+    let mut out: Vec<(Level, &RunData)> = Vec::new();
     for run in runs {
         match out.last_mut() {
-            // Two senses at one set point differ by the regulator's noise only.
-            Some((level, n)) if (level.force_n - run.force_n).abs() < 10.0 => {
-                *n += 1;
-                level.force_n += (run.force_n - level.force_n) / *n as f64;
+            Some((level, last)) if last.is_level_with(run) => {
                 level.traces.push(trace(run));
+                let n = level.traces.len() as f64;
+                level.force_n += (run.force_n - level.force_n) / n;
+                *last = run;
             }
             _ => out.push((
                 Level {
                     force_n: run.force_n,
                     traces: vec![trace(run)],
                 },
-                1,
+                run,
             )),
         }
     }

@@ -191,7 +191,10 @@ fn read(root: &mut Section<'_>) -> Result<LdbbScenario, Refusal> {
     });
     let mut machine = machine.unwrap_or_else(|| MachineConfig::ideal(11.8e6));
     machine.radius_m = first.radius_m;
-    let defaults = ProcedureConfig::default();
+    let mut defaults = ProcedureConfig::default();
+    if down {
+        defaults = defaults.with_way_down();
+    }
     Ok(LdbbScenario {
         about,
         conditions: Conditions {
@@ -217,8 +220,6 @@ fn read(root: &mut Section<'_>) -> Result<LdbbScenario, Refusal> {
             feed_m_s: first.feed_m_s as f32,
             lead_s: (f64::from(defaults.trigger_m) / first.feed_m_s + 0.5) as f32,
             holding_pa: law.pressure_pa(36.0) as f32,
-            // Dither would shake loose the friction whose hysteresis is sought.
-            dither_s: if down { 0.0 } else { defaults.dither_s },
             ..defaults
         },
         settings,

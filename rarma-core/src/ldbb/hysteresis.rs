@@ -25,21 +25,21 @@ impl<T: Real> LoadCycle<T> {
     /// `TooFew` with fewer than two pairs a way; `NotFinite`; `EqualForces` where the
     /// forces of `up` do not rise.
     pub fn new(up: &[(T, T)], down: &[(T, T)]) -> Result<Self, LdbbError> {
-        if up.len() < 2 || down.len() < 2 {
+        let (Some(first), true) = (down.first(), up.len() >= 2 && down.len() >= 2) else {
             return Err(LdbbError::TooFew { needed: 2 });
-        }
+        };
         for (index, (f, r)) in up.iter().chain(down).enumerate() {
             if !(f.is_finite() && r.is_finite()) {
                 return Err(LdbbError::NotFinite { index });
             }
         }
-        if up.iter().zip(&up[1..]).any(|(a, b)| !(b.0 > a.0)) {
+        if up.iter().zip(up.iter().skip(1)).any(|(a, b)| !(b.0 > a.0)) {
             return Err(LdbbError::EqualForces);
         }
         let apart = |(f, r): (T, T)| r - interpolated(up, f);
         let mut out = Self {
             most_m: T::ZERO,
-            most_at_n: down[0].0,
+            most_at_n: first.0,
             left_m: T::ZERO,
             lost_j: T::ZERO,
         };
@@ -55,7 +55,7 @@ impl<T: Real> LoadCycle<T> {
             }
         }
         let half = T::from_f64(0.5);
-        for (a, b) in down.iter().zip(&down[1..]) {
+        for (a, b) in down.iter().zip(down.iter().skip(1)) {
             out.lost_j += half * (apart(*a) + apart(*b)) * (a.0 - b.0);
         }
         Ok(out)
@@ -64,13 +64,15 @@ impl<T: Real> LoadCycle<T> {
 
 /// The curve at a force; beyond its ends along its last piece.
 fn interpolated<T: Real>(curve: &[(T, T)], force: T) -> T {
-    let last = curve.len() - 1;
-    let k = curve[1..last]
-        .iter()
-        .take_while(|(f, _)| *f <= force)
-        .count();
-    let ((f0, r0), (f1, r1)) = (curve[k], curve[k + 1]);
-    r0 + (r1 - r0) * (force - f0) / (f1 - f0)
+    let mut value = T::ZERO;
+    let pieces = curve.iter().zip(curve.iter().skip(1));
+    for (k, (&(f0, r0), &(f1, r1))) in pieces.enumerate() {
+        if k > 0 && force < f0 {
+            break;
+        }
+        value = r0 + (r1 - r0) * (force - f0) / (f1 - f0);
+    }
+    value
 }
 
 #[cfg(test)]

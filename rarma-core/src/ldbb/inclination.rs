@@ -97,9 +97,94 @@ impl<T: Real> Inclination<T> {
     }
 }
 
+/// The bar as it stands under the box: force law, inclination, weight, and what the valve may
+/// give. Jobs name the pressures of the level bar; the force in the plane is kept.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BarSet {
+    /// Pressure to force along the bar.
+    pub law: ForceLaw<f32>,
+    /// Angle above the plane, rad.
+    pub inclination_rad: f32,
+    /// See [`Inclination::weight_n`].
+    pub weight_n: f32,
+    /// Greatest pressure, Pa.
+    pub most_pa: f32,
+}
+
+impl BarSet {
+    /// Cosine of the inclination.
+    pub fn cos(&self) -> f32 {
+        self.inclination_rad.sin_cos().1
+    }
+
+    /// Pressure that gives in the plane what `level_pa` gives a level bar, Pa.
+    ///
+    /// # Errors
+    /// As [`Inclination::setting`].
+    pub fn pressure_pa(&self, level_pa: f32) -> Result<f32, LdbbError> {
+        let incline = Inclination {
+            angle_rad: self.inclination_rad,
+            // Not used for a pressure.
+            length_m: 1.0,
+            feed_m_s: 1.0,
+            weight_n: self.weight_n,
+            in_plane: true,
+        };
+        let force_n = self.law.force_n(level_pa);
+        // What a level bar is asked for it gets: not even rounding changes it.
+        if self.inclination_rad == 0.0 {
+            return if level_pa <= self.most_pa {
+                Ok(level_pa)
+            } else {
+                Err(LdbbError::OutOfReach {
+                    force_n,
+                    needed_pa: level_pa,
+                    most_pa: self.most_pa,
+                })
+            };
+        }
+        Ok(incline
+            .setting(&self.law, force_n, self.most_pa)?
+            .pressure_pa)
+    }
+
+    /// Force in the plane at a pressure, N.
+    pub fn in_plane_n(&self, pressure_pa: f32) -> f32 {
+        let (sin, cos) = self.inclination_rad.sin_cos();
+        (self.law.force_n(pressure_pa) - self.weight_n * sin) * cos
+    }
+
+    /// Length change of the bar as a displacement in the plane, m.
+    pub fn in_plane_m(&self, length_change_m: f32) -> f32 {
+        length_change_m / self.cos()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_box_asks_for_the_level_force_in_the_plane() {
+        let mut bar = BarSet {
+            law: ForceLaw::standard(),
+            inclination_rad: 0.0,
+            weight_n: 6.0,
+            most_pa: 7.2e5,
+        };
+        assert_eq!(bar.pressure_pa(7e5), Ok(7e5));
+        assert!(bar.pressure_pa(7.3e5).is_err());
+        bar.inclination_rad = 30f32.to_radians();
+        // 364 N in the plane are 420.3 N along the bar and 423.3 N of the cylinder.
+        let p = bar.pressure_pa(3e5).expect("in reach");
+        assert!((p - 3.4707e5).abs() < 20.0, "{p}");
+        assert!((bar.in_plane_n(p) - 364.0).abs() < 0.01);
+        assert!(matches!(
+            bar.pressure_pa(7e5),
+            Err(LdbbError::OutOfReach { .. })
+        ));
+        assert!((bar.in_plane_m(1e-6) - 1.1547e-6).abs() < 1e-10);
+    }
 
     fn at(degrees: f64) -> Inclination<f64> {
         Inclination {

@@ -7,7 +7,8 @@
 //! with a dwell, starts a run when the box says [`Stage::Waiting`].
 
 use super::procedure_config::{OUTSIDE_M, ProcedureConfig};
-use super::recorder::Recorder;
+use super::recorder::{Beside, Recorder};
+use super::reversals::Reversals;
 use super::schedule::{Run, Schedule};
 use super::trace::{AngleMap, Trace};
 use serde::{Deserialize, Serialize};
@@ -64,6 +65,24 @@ pub enum RunFault {
     GaugeRange(f32),
     /// A reading that is not a number.
     NotFinite,
+    /// The feed was right on average and not within the run; value: greatest angle by which
+    /// a reversal of an axis came early or late, rad.
+    FeedWithin(f32),
+    /// The run before it was run the wrong way round: this one fits it when that one is
+    /// turned round, or is proven right by its reversals and does not fit it.
+    WrongDirectionBefore,
+}
+
+/// What proves the direction of a run.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Proof {
+    /// Nothing: it is what the schedule says.
+    #[default]
+    None,
+    /// It fits the run before it as it is four times better than turned round: as sure as that one.
+    LikeBefore,
+    /// The reversals of its own axes stand where they should.
+    Reversals,
 }
 
 /// What a millisecond brings.
@@ -110,6 +129,11 @@ pub struct RunDone {
     pub pressure_pa: f32,
     /// Feed by the triggers, m/s.
     pub feed_m_s: f32,
+    /// What proves its direction. One run proven by its reversals proves those before it that
+    /// are like each other.
+    pub proof: Proof,
+    /// What its reversals say.
+    pub reversals: Reversals,
 }
 
 /// See the module.
@@ -117,6 +141,7 @@ pub struct RunDone {
 pub struct Procedure {
     config: ProcedureConfig,
     schedule: Schedule,
+    creep_pa: f32,
     stage: Stage,
     run: u16,
     /// Milliseconds in this stage, and since the on-trigger.
@@ -135,6 +160,10 @@ impl Procedure {
                 .run(0)
                 .is_some_and(|r| r.pressure_pa >= 0.99 * config.holding_pa);
         sound.then_some(Self {
+            // No step of pressure is taken back by more than half.
+            creep_pa: config
+                .creep_pa
+                .min(0.5 * schedule.least_step_pa() / f32::from(schedule.senses())),
             config,
             schedule,
             stage: Stage::Settling,
@@ -195,6 +224,28 @@ impl Procedure {
         Some(Event::Failed(why))
     }
 
+    /// How far the pressure of a run has gone on, Pa. Two runs at one pressure share the way:
+    /// the second begins where the first ended.
+    fn crept_pa(&self, run: &Run) -> f32 {
+        let (senses, turning) = (self.schedule.senses(), self.schedule.turns_at(run));
+        if turning {
+            return 0.0;
+        }
+        let whole_ms = 1e3 * (self.config.lead_s + self.config.arc_s());
+        let part = if self.moving() {
+            (self.run_ms as f32 / whole_ms).min(1.0)
+        } else {
+            0.0
+        };
+        let gone = f32::from(run.number % senses) + part;
+        let way = if run.rising {
+            gone
+        } else {
+            f32::from(senses) - gone
+        };
+        way * self.creep_pa
+    }
+
     /// What the valve loop should do now. The bar is held at the lowest pressure when the
     /// test is over: between balls, and with no more force than that.
     pub fn asked(&self) -> Asked {
@@ -205,7 +256,7 @@ impl Procedure {
         match (self.stage, self.run()) {
             (Stage::Idle | Stage::Finished | Stage::Failed, _) | (_, None) => holding,
             (stage, Some(run)) => Asked {
-                pressure_pa: run.pressure_pa.max(self.config.holding_pa),
+                pressure_pa: run.pressure_pa.max(self.config.holding_pa) + self.crept_pa(&run),
                 dither: stage == Stage::Settling
                     && (self.here_ms as f32) < 1e3 * self.config.dither_s,
             },
@@ -275,7 +326,8 @@ impl Procedure {
         if seen.pressure_pa < 0.9 * c.holding_pa {
             return self.fail(RunFault::NotHeld(seen.pressure_pa));
         }
-        if (seen.pressure_pa - run.pressure_pa).abs() > c.drift_pa {
+        let set_pa = run.pressure_pa.max(c.holding_pa) + self.crept_pa(&run);
+        if (seen.pressure_pa - set_pa).abs() > c.drift_pa {
             return self.fail(RunFault::PressureMoved(seen.pressure_pa));
         }
         let (arc_s, t_s) = (c.arc_s(), run_s - c.lead_s);
@@ -327,8 +379,21 @@ impl Procedure {
             from_s: 0.0,
             to_s: real_s,
         };
-        if self.recorder.turned(&map, c.overshoot_rad) {
+        let reversals = self.recorder.reversals(&map);
+        if reversals.turned {
             return self.fail(RunFault::WrongDirection);
+        }
+        let proof = match self.recorder.beside(&map, c.overshoot_rad) {
+            Beside::Turned if !reversals.proven => return self.fail(RunFault::WrongDirection),
+            Beside::Turned | Beside::LastTurned => {
+                return self.fail(RunFault::WrongDirectionBefore);
+            }
+            _ if reversals.proven => Proof::Reversals,
+            Beside::Alike => Proof::LikeBefore,
+            Beside::Open => Proof::None,
+        };
+        if reversals.proven && reversals.off_rad > c.feed_within_rad {
+            return self.fail(RunFault::FeedWithin(reversals.off_rad));
         }
         self.run += 1;
         self.was_outside = true;
@@ -343,6 +408,8 @@ impl Procedure {
             off_s,
             pressure_pa: self.recorder.pressure_pa(),
             feed_m_s: map.feed_m_s(c.radius_m),
+            proof,
+            reversals,
         }))
     }
 }

@@ -1,6 +1,7 @@
 //! One run on the box: means in fixed cells of time, turned into angle when both
 //! triggers are known.
 
+use super::reversals::{self, Reversals};
 use super::terms::Sense;
 use super::trace::{AngleMap, Trace};
 
@@ -24,7 +25,8 @@ pub struct Recorder {
     cell_s: f32,
     pressure_pa: f32,
     readings: u32,
-    last: Option<Trace<f32, COARSE>>,
+    /// The run before, as it was told and turned round.
+    last: Option<(Trace<f32, COARSE>, Trace<f32, COARSE>)>,
 }
 
 impl Default for Recorder {
@@ -92,9 +94,14 @@ impl Recorder {
         out
     }
 
-    /// Whether the run fits the one before it better when it is turned round; it becomes
-    /// the measure for the next one if not. The first run has no measure.
-    pub fn turned(&mut self, map: &AngleMap<f32>, overshoot_rad: f32) -> bool {
+    /// What the reversals of the axes say of the run.
+    pub fn reversals(&self, map: &AngleMap<f32>) -> Reversals {
+        reversals::look(&self.gauge_m, &self.count, self.cell_s, map).unwrap_or_default()
+    }
+
+    /// How the run goes with the one before it; it becomes the measure for the next one where
+    /// neither is turned. The first run has no measure.
+    pub fn beside(&mut self, map: &AngleMap<f32>, overshoot_rad: f32) -> Beside {
         let back = AngleMap {
             sense: match map.sense {
                 Sense::Ccw => Sense::Cw,
@@ -103,16 +110,39 @@ impl Recorder {
             ..*map
         };
         let this: Trace<f32, COARSE> = self.trace(map, overshoot_rad);
-        if let Some(last) = &self.last {
-            let other: Trace<f32, COARSE> = self.trace(&back, overshoot_rad);
-            let (d, turned) = (apart(&this, last), apart(&other, last));
-            if d > APART_M * APART_M && TURNED * TURNED * turned < d {
-                return true;
+        let turned: Trace<f32, COARSE> = self.trace(&back, overshoot_rad);
+        let mut out = Beside::Open;
+        if let Some((last, last_turned)) = &self.last {
+            let (most, much) = (APART_M * APART_M, TURNED * TURNED);
+            let beats = |a: f32, b: f32| b > most && much * a < b;
+            let as_told = apart(&this, last);
+            if beats(apart(&turned, last), as_told) {
+                return Beside::Turned;
+            }
+            if beats(apart(&this, last_turned), as_told) {
+                return Beside::LastTurned;
+            }
+            if beats(as_told, apart(&turned, last)) && beats(as_told, apart(&this, last_turned)) {
+                out = Beside::Alike;
             }
         }
-        self.last = Some(this);
-        false
+        self.last = Some((this, turned));
+        out
     }
+}
+
+/// A run beside the one before it. A circle does not begin on an axis of symmetry: turning
+/// one round and turning the other round are two different things.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Beside {
+    /// There is none, or nothing tells.
+    Open,
+    /// Four times nearer to it as both are told than if either were turned round.
+    Alike,
+    /// Four times nearer to it if this one is turned round.
+    Turned,
+    /// Four times nearer to it if that one is turned round.
+    LastTurned,
 }
 
 /// Mean square of the distance of two runs, their mean distance taken off, m².

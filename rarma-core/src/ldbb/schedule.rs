@@ -78,8 +78,25 @@ impl Schedule {
         if self.down { 2 * up - 1 } else { up }
     }
 
-    fn senses(&self) -> u16 {
+    /// Runs at one pressure.
+    pub fn senses(&self) -> u16 {
         if self.both { 2 } else { 1 }
+    }
+
+    /// Whether the way turns round at this run's pressure: the highest, of a schedule that
+    /// comes down again.
+    pub fn turns_at(&self, run: &Run) -> bool {
+        self.down && self.pressures_pa.last() == Some(&run.pressure_pa)
+    }
+
+    /// Smallest step between pressures, Pa; the pressure itself where there is one only.
+    pub fn least_step_pa(&self) -> f32 {
+        let steps = self
+            .pressures_pa
+            .iter()
+            .zip(self.pressures_pa.iter().skip(1));
+        let least = steps.map(|(a, b)| b - a).reduce(f32::min);
+        least.or(self.pressures_pa.first().copied()).unwrap_or(0.0)
     }
 }
 

@@ -149,6 +149,26 @@ table! {
         "a gauge beyond ± this is a fault";
     69 LDBB_LAG: Real "ldbb.lag", "s", 0.005, 2.0, 0.1, NextArm,
         "time constant of regulator and cylinder";
+    70 LDBB_CROSSOVER: Real "ldbb.crossover", "Hz", 0.0, 2.0, 0.5, NextArm,
+        "crossover of the outer pressure loop; 0 switches it off";
+    71 LDBB_TRIM: Real "ldbb.trim", "Pa", 0.0, 1e5, 2.5e4, NextArm,
+        "the outer pressure loop adds or takes no more than this";
+    72 LDBB_WINDOW: Real "ldbb.window", "Pa", 200.0, 5e4, 2e3, NextArm,
+        "a pressure is settled this near its set point, moving by less than this a second";
+    73 LDBB_WINDOW_TIME: Real "ldbb.window-time", "s", 0.1, 30.0, 1.0, NextArm,
+        "for so long";
+    74 LDBB_DITHER: Real "ldbb.dither", "Pa", 0.0, 5e4, 5e3, NextArm,
+        "amplitude of the triangle that works the seal loose before a run";
+    75 LDBB_DITHER_RATE: Real "ldbb.dither-rate", "Hz", 0.5, 50.0, 7.0, NextArm,
+        "its frequency";
+    76 LDBB_GAIN: Real "ldbb.gain", "N/Pa", 1e-4, 1e-2, 1.26e-3, NextArm,
+        "calibrated force of the cylinder: gain";
+    77 LDBB_OFFSET: Real "ldbb.offset", "N", -500.0, 500.0, -14.0, NextArm,
+        "and offset";
+    78 LDBB_INCLINATION: Real "ldbb.inclination", "rad", -1.396, 1.396, 0.0, NextArm,
+        "angle of the bar above the plane; pressures and feed of a job are those of the level bar";
+    79 LDBB_WEIGHT: Real "ldbb.weight", "N", 0.0, 100.0, 0.0, NextArm,
+        "weight of the bar that its lower ball does not carry; 0 where the plane is not level";
 
     100 CERS_GAIN_XP: Real "cers.gain-xp", "N·m²/A²", 0.0, 1e-3, 0.0, NextArm,
         "K of the magnet +X from its calibration; 0: not calibrated, nothing is excited";

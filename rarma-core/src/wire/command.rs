@@ -8,7 +8,7 @@
 use crate::cers::{ExcitationJob, OutOfReach};
 use crate::guard::{Denial, FaultRecord, Mode, Severity, Stage};
 use crate::settings::{SettingError, SettingValue};
-use crate::wire::circle::CircleJob;
+use crate::wire::circle::{CircleJob, StandJob};
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
@@ -68,6 +68,10 @@ pub enum Command {
     Status,
     /// A whole test of LDBB under way: pressures, circles, findings.
     Circle(CircleJob),
+    /// A static test of LDBB under way: directions, pressures up and down.
+    Stand(StandJob),
+    /// The machine stands in the direction that the static test asked for.
+    Go,
     /// A signal on top of the bias of CERS. Taken at the working point, where it starts at
     /// once, and with outputs off: it then starts as soon as they are armed and ready.
     Excite(ExcitationJob),

@@ -8,6 +8,7 @@ mod message;
 
 pub use circle::{
     CIRCLE_POINTS, CIRCLE_RATE_HZ, CircleJob, CircleMessage, CirclePoints, JOB_PRESSURES, PAUSE_S,
+    StandJob,
 };
 pub use command::{
     Answer, Command, FaultMessage, Health, Identity, RAW_SAMPLES, Raw, Refused, Reply,

@@ -36,6 +36,9 @@ pub enum MotionFault {
     Feed(f64),
     /// Beyond this part of the sweep the feed is this many times the programmed one.
     FeedFrom(f64, f64),
+    /// This part faster over the first half of the arc, and slower over the second so that the
+    /// arc takes its time all the same.
+    FeedSwings(f64),
     /// It stops and moves out after this part of the sweep.
     StopsAt(f64),
 }
@@ -159,6 +162,8 @@ impl Motion {
             Some(MotionFault::Reversed) => sign = -sign,
             Some(MotionFault::Feed(factor)) => feed *= factor,
             Some(MotionFault::FeedFrom(from, factor)) if part >= from => feed *= factor,
+            Some(MotionFault::FeedSwings(by)) if part < 0.5 => feed *= 1.0 + by,
+            Some(MotionFault::FeedSwings(by)) => feed /= 2.0 - 1.0 / (1.0 + by),
             Some(MotionFault::StopsAt(at)) => end *= at,
             _ => {}
         }

@@ -27,8 +27,7 @@ impl Kernel for Bar {
             both: true,
             down: false,
         };
-        let limits = firmware::rig::limits(&Settings::default());
-        let _ = bar.want(&job, &limits);
+        let _ = bar.want(&job, &firmware::rig::bar(&Settings::default()));
         let mut this = Self(bar, ValveConfig::default(), RigState::default());
         this.2.pressure_pa = 4e4;
         // Outside the circle until the pressure has settled, then in.
