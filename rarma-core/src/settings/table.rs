@@ -112,7 +112,7 @@ table! {
     51 CERS_OVERSPEED: Real "cers.overspeed", "Hz", 1.0, 2000.0, 310.0, AtOnce,
         "a spindle faster than this is a fault";
 
-    52 CERS_POLE_ANGLE: Real "cers.pole-angle", "rad", 0.0, 1.2, 0.392_699, NextArm,
+    52 CERS_POLE_ANGLE: Real "cers.pole-angle", "rad", 0.0, 1.2, core::f32::consts::FRAC_PI_8, NextArm,
         "half the angle between the poles of a magnet: 22.5° with eight poles";
     53 CERS_LAMINATION: Real "cers.lamination", "m", 0.0, 2e-3, 3.5e-4, NextArm,
         "thickness of a lamination: the lag of the flux is taken out of responses; 0: it is not";
