@@ -50,7 +50,7 @@ impl Kernel for Bar {
 
 /// Bridges and four chokes of 4.19 mH and 4 Ω at 48 V, 40 kHz, in codes of a sensor of 8 A,
 /// with a little noise.
-struct Chokes {
+pub struct Chokes {
     current: [f32; COILS],
     duty: [f32; COILS],
     noise: u16,
@@ -89,7 +89,7 @@ impl CoilBridge for Chokes {
 }
 
 #[derive(Debug)]
-struct Never;
+pub struct Never;
 
 impl BoardError for Never {
     fn kind(&self) -> BoardErrorKind {
@@ -175,6 +175,26 @@ impl Loop {
             self.exchange();
         }
         self.bridge.duty[0]
+    }
+}
+
+/// The chokes by themselves: what the kernels of the loop have to be without.
+pub struct Plant(Chokes);
+
+impl Kernel for Plant {
+    const NAME: &'static str = "four chokes, in each loop below";
+    fn new() -> Self {
+        Self(Chokes {
+            current: [0.0; COILS],
+            duty: [0.0; COILS],
+            noise: 0,
+        })
+    }
+    fn step(&mut self, y: f32) -> f32 {
+        self.0.noise = (y.to_bits() >> 20) as u16 & 7;
+        let codes = black_box(self.0.currents());
+        let _ = self.0.set_duty(black_box([0.07; COILS]));
+        codes.map_or(0.0, |c| f32::from(c[0].0))
     }
 }
 
