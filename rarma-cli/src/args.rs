@@ -39,6 +39,8 @@ pub enum Command {
     /// The same through the firmware image on the emulated chip.
     ///
     /// Exit code 1 if chatter was found. Builds the image first if it must.
+    // A job for the box names one channel: what needs two is not offered, and refused by name.
+    #[command(mut_arg("second", |a| a.hide(true)), mut_arg("tacho", |a| a.hide(true)), mut_arg("pulses", |a| a.hide(true)))]
     Target(MonitorArgs),
     /// Fit one ARMA model to a whole recording.
     Identify(IdentifyArgs),
