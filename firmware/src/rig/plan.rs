@@ -161,7 +161,7 @@ impl RigPlan {
             tuning: Tuning::default(),
             schedule: None,
             force: force_scale(s),
-            path: sensor_path(s),
+            path: sensor_path(s, &force_scale(s)),
             inductance_h: s.real(CERS_INDUCTANCE),
             loop_hz: loop_hz as f32,
             calibrated: MAGNETS.iter().all(|[gain, ..]| s.real(*gain) > 0.0),
@@ -233,9 +233,15 @@ fn force_scale(s: &Settings) -> ForceScale {
     }
 }
 
-fn sensor_path(s: &Settings) -> SensorPath {
+fn sensor_path(s: &Settings, scale: &ForceScale) -> SensorPath {
+    let bias = s.real(CERS_BIAS);
+    let pull_n_per_m = scale.laws.map(|law| {
+        let [_, _, pull] = law.derivatives(bias, bias, 0.0);
+        pull
+    });
     let lamination_m = s.real(CERS_LAMINATION);
     SensorPath {
+        pull_n_per_m,
         corner_hz: s.real(CERS_GAP_CORNER),
         eddy: (lamination_m > 0.0).then(|| Eddy {
             lamination_m,

@@ -14,6 +14,12 @@ pub struct SensorPath {
     pub corner_hz: f32,
     /// Lag of the flux; none: not corrected.
     pub eddy: Option<Eddy<f32>>,
+    /// ∂F/∂x of x and y at the bias
+    /// ([`AxisForce::derivatives`](crate::cers::AxisForce::derivatives)), N/m.
+    ///
+    /// The force is rebuilt with the gap as its sensor follows it. kₓ·(x − x_seen) is what
+    /// that leaves out: 2 % of the force where 0.3 µm/N are seen 16° late.
+    pub pull_n_per_m: [f32; 2],
 }
 
 impl SensorPath {
@@ -73,6 +79,14 @@ impl LineCollector {
         if self.blocks.iter().filter(of_line).count() < BLOCKS as usize {
             return None;
         }
+        let pull = path.pull_n_per_m.get(usize::from(block.axis)).copied();
+        let path = path.path(block.f_hz);
+        let one = Complex::new(1.0, 0.0);
+        let unseen = (path.motion_sensor.inverse() - one).scale(pull.unwrap_or(0.0));
+        for b in &mut self.blocks {
+            let along = b.motion_m.get(usize::from(b.axis)).copied();
+            b.force_n = b.force_n + unseen * along.unwrap_or(Complex::ZERO);
+        }
         let part = 1.0 / BLOCKS as f32;
         let mean = |of: &dyn Fn(&Block) -> Complex<f32>| {
             self.blocks
@@ -85,7 +99,6 @@ impl LineCollector {
         if !(amplitude > 0.0 && force.is_finite()) {
             return None;
         }
-        let path = path.path(block.f_hz);
         let lag = path.force_lag;
         let mut out = LineResponse {
             axis: block.axis,
@@ -127,6 +140,7 @@ mod tests {
     const PATH: SensorPath = SensorPath {
         corner_hz: 10e3,
         eddy: None,
+        pull_n_per_m: [0.0; 2],
     };
 
     fn block(n: u8, f_hz: f32, motion: Complex<f32>) -> Block {
@@ -159,6 +173,28 @@ mod tests {
             (1, 3, 5.0, false)
         );
         assert_eq!(line.receptance[0], Complex::ZERO);
+    }
+
+    #[test]
+    fn force_follows_the_gap_as_it_is() {
+        // Seen −j/√2 of 10 nm at the corner; 0.2 N/µm times 10 nm less what was seen.
+        let path = SensorPath {
+            pull_n_per_m: [0.0, 0.2e6],
+            ..PATH
+        };
+        let real = Complex::new(1e-8, 0.0);
+        let seen = real * Complex::new(0.0, -(0.5f32.sqrt()));
+        let mut collector = LineCollector::default();
+        let line = (0..4)
+            .map(|n| collector.add(&block(n, 10e3, seen), &path))
+            .last();
+        let line = line.flatten().unwrap();
+        let force = Complex::new(3.0, 4.0) + (real - seen).scale(0.2e6);
+        assert!(
+            (line.receptance[1] - real * force.inverse()).abs() < 1e-14,
+            "{line:?}"
+        );
+        assert!((line.force_n - force.abs()).abs() < 1e-5);
     }
 
     #[test]
