@@ -62,7 +62,11 @@ fn machine(kind: Kind, seed: u64) -> BenchConfig {
 
 fn run(bench: BenchConfig, seed: u64, motion: Option<(u16, MotionFault)>) -> Test {
     let schedule = Schedule::new(&[4e4, 2e5], true, false).expect("rising");
-    let config = at_feed(if seed.is_multiple_of(2) { 1000.0 } else { 2000.0 });
+    let config = at_feed(if seed.is_multiple_of(2) {
+        1000.0
+    } else {
+        2000.0
+    });
     let trouble = Trouble { motion, air: None };
     circles(bench, config, ValveConfig::default(), schedule, &trouble).expect("sound")
 }
