@@ -218,7 +218,7 @@ impl RigDuty {
         }
         self.exciting.report(&self.report, &self.plan.path);
         let pa = if ldbb {
-            command_pa.clamp(0.0, self.plan.limits.most_pa)
+            command_pa.max(0.0).min(self.plan.limits.most_pa)
         } else {
             0.0
         };

@@ -83,6 +83,8 @@ catalogue! {
     ThermistorLost = "thermistor-lost";
     /// the supply of the power stage rises to 62 V
     SupplyHigh = "supply-high";
+    /// the supply of the power stage falls to 30 V and comes back; the controller lives on
+    SupplyDip = "supply-dip";
     /// the slow converter does not convert any more
     SensorsDead = "sensors-dead";
     /// the pressure regulator stays where it is
@@ -133,6 +135,8 @@ catalogue! {
     HardFault = "hard-fault";
     /// the flash of the settings does not write any more
     FlashWorn = "flash-worn";
+    /// records of settings that this firmware does not know fill the flash
+    FlashFull = "flash-full";
 }
 
 impl FaultKind {

@@ -3,7 +3,10 @@
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
+use firmware::store;
+use rarma_core::settings::{SETTINGS, Setting};
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 /// Smallest write, bytes: a double word with its check bits, as on the G4.
 pub const WORD: usize = 8;
@@ -11,6 +14,9 @@ pub const WORD: usize = 8;
 pub const SECTOR: usize = 2048;
 /// Sectors for settings.
 pub const SECTORS: usize = 4;
+
+/// Numbers that no setting has.
+const FOREIGN: Range<u16> = 1000..3000;
 
 /// Why the flash did not do it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,6 +79,22 @@ impl SimFlash {
     /// Whether the power went away during an operation.
     pub fn lost_power(&self) -> bool {
         self.dead
+    }
+
+    /// Records of numbers that no setting has, until there is no room: a later firmware's.
+    /// Once; the second call finds no room.
+    pub fn fill(&mut self) {
+        let range = 0..(SECTOR * SECTORS) as u32;
+        for number in FOREIGN {
+            let foreign = Setting {
+                number,
+                ..SETTINGS[0]
+            };
+            let value = Some(foreign.default_value());
+            if store::write(self, range.clone(), &foreign, value).is_err() {
+                return;
+            }
+        }
     }
 
     /// Spoilt words that were read since the last call.

@@ -124,8 +124,7 @@ impl<T: Real, const BINS: usize> Trace<T, BINS> {
 
     /// Mean of a bin, m; none where it is empty.
     pub fn mean(&self, bin: usize) -> Option<T> {
-        let count = self.count.get(bin).copied().unwrap_or(0);
-        (count > 0).then(|| self.mean[bin])
+        self.mean.get(bin).copied().filter(|_| self.count(bin) > 0)
     }
 
     /// Mean of this and another run, in bins that both have.

@@ -101,9 +101,9 @@ impl ValveLoop {
         measured_pa: f32,
         dither: bool,
     ) -> ValveOut {
-        let set_pa = set_pa.clamp(0.0, c.most_pa);
+        let set_pa = within(set_pa, 0.0, c.most_pa);
         let step = c.rate_pa_s * dt_s;
-        self.reference_pa += (set_pa - self.reference_pa).clamp(-step, step);
+        self.reference_pa += within(set_pa - self.reference_pa, -step, step);
         let part = |tau_s: f32| dt_s / (tau_s + dt_s);
         self.expected_pa += part(c.lag_s) * (self.reference_pa - self.expected_pa);
         let mut limiting = false;
@@ -122,10 +122,10 @@ impl ValveLoop {
             if (self.reference_pa - self.expected_pa).abs() < STILL_PA {
                 let ki = core::f32::consts::TAU * c.crossover_hz;
                 let wanted = self.integral_pa + ki * dt_s * (self.expected_pa - measured_pa);
-                self.integral_pa = wanted.clamp(-c.most_trim_pa, c.most_trim_pa);
+                self.integral_pa = within(wanted, -c.most_trim_pa, c.most_trim_pa);
                 limiting = self.integral_pa != wanted;
                 let raw = self.integral_pa + ki * c.lag_s * (self.expected_pa - self.fast_pa);
-                trim_pa = raw.clamp(-c.most_trim_pa, c.most_trim_pa);
+                trim_pa = within(raw, -c.most_trim_pa, c.most_trim_pa);
             }
         }
         let slope = (self.fast_pa - self.slow_pa) / (SLOW_S - FAST_S);
@@ -146,7 +146,7 @@ impl ValveLoop {
         }
         ValveOut {
             command_pa: if set_pa > 0.0 || self.reference_pa > 0.0 {
-                command_pa.clamp(0.0, c.most_pa)
+                within(command_pa, 0.0, c.most_pa)
             } else {
                 0.0
             },
@@ -155,6 +155,12 @@ impl ValveLoop {
             limiting,
         }
     }
+}
+
+/// `x` between two limits. Unlike `clamp` it cannot panic, whatever the limits are, and NaN becomes
+/// the lower one.
+fn within(x: f32, low: f32, high: f32) -> f32 {
+    x.max(low).min(high)
 }
 
 #[cfg(test)]

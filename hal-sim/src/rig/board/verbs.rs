@@ -181,6 +181,9 @@ impl BoxBoard for SimRig {
 
     fn flash(&mut self) -> (&mut SimFlash, Range<u32>) {
         self.flash.worn = self.stands(FaultKind::FlashWorn).is_some();
+        if self.stands(FaultKind::FlashFull).is_some() {
+            self.flash.fill();
+        }
         (&mut self.flash, 0..(SECTOR * SECTORS) as u32)
     }
 

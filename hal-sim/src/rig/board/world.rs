@@ -21,6 +21,7 @@ impl SimRig {
             surge: at(FaultKind::CurrentSurge).map(|coil| (coil, 58.0)),
             closing: at(FaultKind::GapClosing).map(|axis| (axis, 2e-3)),
             supply_v: at(FaultKind::SupplyLow)
+                .or(at(FaultKind::SupplyDip))
                 .map(|_| 30.0)
                 .or(at(FaultKind::SupplyUnsteady).map(|_| self.wobbling_v()))
                 .or(at(FaultKind::SupplyHigh).map(|_| 62.0)),

@@ -31,7 +31,8 @@ impl<T: Real, const N: usize> Triangle<T, N> {
     /// sum of the squares of these is the sum of squared residuals.
     #[inline(always)]
     pub fn add(&mut self, x: &mut [T; N], mut b: T) -> T {
-        let n = self.n;
+        // The compiler sees no further than this function: n ≤ N spares it the checks.
+        let n = self.n.min(N);
         for i in 0..n {
             if x[i] == T::ZERO {
                 continue;
@@ -60,15 +61,17 @@ impl<T: Real, const N: usize> Triangle<T, N> {
     /// Euclidean length of column i of the equations.
     pub fn column(&self, i: usize) -> T {
         let mut sum = T::ZERO;
-        for row in &self.r[..=i] {
-            sum += row[i] * row[i];
+        for row in self.r.iter().take(i.saturating_add(1)) {
+            if let Some(x) = row.get(i) {
+                sum += *x * *x;
+            }
         }
         sum.sqrt()
     }
 
     /// Σz²: by how much the sum of squares falls from θ = 0 to the solution.
     pub fn explained(&self) -> T {
-        self.z[..self.n].iter().map(|z| *z * *z).sum()
+        self.z.iter().take(self.n).map(|z| *z * *z).sum()
     }
 
     /// The unknowns; none if a column depends on those before it.
@@ -77,9 +80,10 @@ impl<T: Real, const N: usize> Triangle<T, N> {
         if !self.is_regular() {
             return None;
         }
-        for i in (0..self.n).rev() {
+        let n = self.n.min(N);
+        for i in (0..n).rev() {
             let mut sum = self.z[i];
-            for (r, x) in self.r[i][i + 1..self.n].iter().zip(&out[i + 1..self.n]) {
+            for (r, x) in self.r[i].iter().zip(&out).take(n).skip(i + 1) {
                 sum -= *r * *x;
             }
             out[i] = sum / self.r[i][i];
@@ -109,7 +113,10 @@ impl<T: Real, const N: usize> Triangle<T, N> {
     /// Every diagonal element stands out from rounding.
     fn is_regular(&self) -> bool {
         let tolerance = T::EPSILON * T::from_f64(8.0);
-        (0..self.n).all(|i| self.r[i][i].abs() > tolerance * self.column(i))
+        let diagonal = self.r.iter().enumerate().take(self.n);
+        diagonal
+            .filter_map(|(i, row)| Some((i, row.get(i)?)))
+            .all(|(i, d)| d.abs() > tolerance * self.column(i))
     }
 
     /// Adds `weight` times the length of each column to its diagonal (Marquardt).
@@ -128,14 +135,14 @@ impl<T: Real, const N: usize> Triangle<T, N> {
         if !self.is_regular() {
             return None;
         }
-        let n = self.n;
+        let n = self.n.min(N);
         // Columns of R⁻¹ one by one; row i of the result of R⁻¹R⁻ᵀ.
         let mut inverse = [[T::ZERO; N]; N];
         for j in 0..n {
             inverse[j][j] = T::ONE / self.r[j][j];
             for i in (0..j).rev() {
                 let mut sum = T::ZERO;
-                for k in i + 1..=j {
+                for k in i + 1..j + 1 {
                     sum += self.r[i][k] * inverse[k][j];
                 }
                 inverse[i][j] = -sum / self.r[i][i];
