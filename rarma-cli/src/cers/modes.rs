@@ -8,14 +8,16 @@ use rarma_core::els::{AgreedMode, Complex, Reading, agreed, fit_modes};
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// Numbers of modes that are tried.
-const TRIED: std::ops::RangeInclusive<usize> = 5..=9;
+/// Numbers of modes that are tried: with fewer than there are, neighbours bend each other.
+const TRIED: std::ops::RangeInclusive<usize> = 7..=10;
 /// Room for them, 4n + 3.
-const ROOM: usize = 40;
+const ROOM: usize = 44;
 /// Readings closer than this, relatively, are one mode.
 const WIDTH: f64 = 0.01;
 /// Damping above which a pole says nothing about a mode of a machine.
 const DAMPED: f64 = 0.2;
+/// Deviation of a damping ratio, part of it, above which there is no mode.
+const LOOSE: f64 = 0.2;
 /// Parts of the record for the deviations, each left out once.
 const PARTS: usize = 8;
 /// A mode of one method is that of another if they are this close, relatively.
@@ -114,7 +116,7 @@ pub fn direct(
     Ok((0.0, vec![cut(axis, lines)]))
 }
 
-/// Modes on which rational functions of five to nine modes agree.
+/// Modes on which rational functions of seven to ten modes agree.
 pub fn rational(direct: &Direct) -> Vec<AgreedMode<f64>> {
     let mut readings = Vec::new();
     let mut fits = 0;
@@ -179,8 +181,9 @@ pub fn modes(
                 jackknife(&values, parts)
             };
             let (f_sd, zeta_sd) = (leave_out(|x| x.f_hz), leave_out(|x| x.zeta));
-            // What two eighths of the record do not show when left out is noise.
-            if f_sd.is_nan() {
+            // What two eighths of the record do not show when left out is noise, and what
+            // moves by a fifth with them.
+            if !(f_sd.is_finite() && zeta_sd < LOOSE * m.zeta) {
                 continue;
             }
             rows.push(ModeRow {

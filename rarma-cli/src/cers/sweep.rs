@@ -275,7 +275,10 @@ fn follow(
                 continue;
             };
             let (now, before, after) = (speed(s.t), speed(s.t - MEMORY_S), speed(s.t + MEMORY_S));
-            let crossing = crossing(record, place, damping.max(0.02), before, after);
+            // An order within the mode's band, or one that the pole itself has gone to.
+            let width = damping.max(0.02);
+            let crossing = crossed(record, place, width, before, after)
+                .or_else(|| crossed(record, f, zeta.clamp(0.02, width), before, after));
             let believed = crossing.is_none() && zeta_sd < LOOSE * zeta;
             if believed {
                 place += FOLLOW * (f - place);
@@ -314,7 +317,7 @@ fn follow(
 }
 
 /// The first order that lies within a mode's half-power band at some time of the memory.
-fn crossing(record: &CersRecord, f: f64, zeta: f64, before_hz: f64, after_hz: f64) -> Option<f64> {
+fn crossed(record: &CersRecord, f: f64, zeta: f64, before_hz: f64, after_hz: f64) -> Option<f64> {
     let (low, high) = (f * (1.0 - zeta), f * (1.0 + zeta));
     record
         .setup

@@ -113,22 +113,23 @@ fn ends(responses: &[Response]) -> (f64, f64) {
     )
 }
 
-fn shown(kind: KindArg) -> (&'static str, &'static str) {
+/// Title, unit of the picture, and its part of the SI unit.
+fn shown(kind: KindArg) -> (&'static str, &'static str, f64) {
     match kind {
-        KindArg::Receptance => ("Receptance", "m/N"),
-        KindArg::Mobility => ("Mobility", "m/(N·s)"),
-        KindArg::Accelerance => ("Accelerance", "1/kg"),
+        KindArg::Receptance => ("Receptance", "µm/N", 1e-6),
+        KindArg::Mobility => ("Mobility", "mm/(N·s)", 1e-3),
+        KindArg::Accelerance => ("Accelerance", "1/kg", 1.0),
     }
 }
 
 fn magnitude(responses: &[Response], kind: KindArg) -> String {
-    let (title, unit) = shown(kind);
+    let (title, unit, part) = shown(kind);
     let series = series(responses, |r| {
         r.lines
             .iter()
             .map(|l| {
                 let h = Quantity::Receptance.to(quantity(kind), l.receptance, l.f_hz);
-                (l.f_hz, h.abs())
+                (l.f_hz, h.abs() / part)
             })
             .collect()
     });
@@ -141,7 +142,7 @@ fn magnitude(responses: &[Response], kind: KindArg) -> String {
     Chart {
         title: format!("{title}, magnitude"),
         x: Scale::linear("frequency (Hz)", low, high),
-        y: Scale::log(unit, 1e-5 * top, top),
+        y: Scale::log(unit, 1e-4 * top, top),
         height: 300.0,
         series,
         caption: "H_IV by the command as instrument; delay, sensors and the lag of the flux taken out. Dashed: cross.".to_owned(),
