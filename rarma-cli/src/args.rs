@@ -1,10 +1,12 @@
 //! The command line.
 
+mod cers;
 mod els;
 mod ldbb;
 mod sensor_box;
 mod virtual_machine;
 
+pub use cers::{CersAnalyseArgs, CersCommand, CersRunArgs, KindArg, ReadingArgs};
 pub use els::{
     CutArgs, ElsCommand, ElsFitArgs, ElsHammerArgs, ElsLimitArgs, ElsModelArgs, OutArgs,
 };
@@ -63,6 +65,9 @@ pub enum Command {
     /// The loaded double ball bar: machine errors under load, stiffness in every direction.
     #[command(subcommand)]
     Ldbb(LdbbCommand),
+    /// The exciter: responses, modes and tracks of a turning spindle.
+    #[command(subcommand)]
+    Cers(CersCommand),
     /// Run the whole box, its firmware on simulated hardware.
     ///
     /// Exit code 1 if chatter was called or a fault switched outputs off.

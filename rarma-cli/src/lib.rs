@@ -11,6 +11,7 @@ macro_rules! say {
 }
 
 pub mod args;
+pub mod cers;
 pub mod collect;
 pub mod commands;
 pub mod ear;

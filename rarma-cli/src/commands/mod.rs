@@ -1,5 +1,6 @@
 //! One file per command.
 
+mod cers;
 mod channel;
 mod choose_order;
 mod connect;
@@ -52,6 +53,7 @@ pub fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Sweep(args) => sweep::main(args),
         Command::Els(command) => els::main(command),
         Command::Ldbb(command) => ldbb::main(command),
+        Command::Cers(command) => cers::main(command),
         Command::Box(args) => sensor_box::main(args),
         Command::Decode(args) => decode::main(args),
         Command::Connect(args) => connect::main(args),

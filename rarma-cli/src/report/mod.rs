@@ -21,6 +21,7 @@ mod axis;
 mod band;
 pub mod chart;
 mod colours;
+pub mod map;
 mod modes;
 mod multiples;
 mod panel;

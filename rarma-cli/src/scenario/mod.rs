@@ -4,6 +4,8 @@
 //! wrong with a file is said in one line: file, line, field, what is allowed.
 
 mod at_work;
+mod cers;
+mod cers_record;
 mod els;
 mod els_parts;
 mod ldbb;
@@ -16,6 +18,10 @@ mod turning;
 mod value;
 
 pub use at_work::{AtWork, BOX_SHIPPED, box_schema, load_box, parse_box};
+pub use cers::{
+    Calibrated, CersScenario, MOST_DUTY, SHIPPED_CERS, cers_schema, load_cers, parse_cers,
+};
+pub use cers_record::read_cers;
 pub use els::{ElsScenario, SHIPPED_ELS, els_schema, load_els, parse_els};
 pub use ldbb::{LdbbScenario, SHIPPED_LDBB, ldbb_schema, load_ldbb, parse_ldbb};
 pub use listen::BoxHints;

@@ -1,0 +1,412 @@
+//! Measurements of `rarma cers run`: TOML files beside the scenarios, read the same way.
+//!
+//! What the rig may not do is refused here, before a coil is energised even in simulation.
+
+use super::reader::{Allowed, Refusal, Section, Text, unknown};
+use crate::cers::{Drive, Signal, needed_volts};
+use crate::failure::Failure;
+use hal_sim::plant::cers::ExciterConfig;
+use serde_json::{Value, json};
+use std::fs;
+use toml::de::DeTable;
+
+/// The shipped measurements: name and text.
+pub const SHIPPED_CERS: [(&str, &str); 3] = [
+    ("cers-rest", include_str!("../../scenarios/cers-rest.toml")),
+    (
+        "cers-turning",
+        include_str!("../../scenarios/cers-turning.toml"),
+    ),
+    (
+        "cers-sweep",
+        include_str!("../../scenarios/cers-sweep.toml"),
+    ),
+];
+
+/// Largest part of a period that a switch may be on.
+pub const MOST_DUTY: f64 = 0.95;
+
+/// How the magnets' constants are found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Calibrated {
+    /// Forty pairs of current and force at five gaps, on a bench.
+    Points,
+    /// From the drawing.
+    Drawing,
+}
+
+/// A measurement and the rig it is made on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CersScenario {
+    /// Name of the structure.
+    pub name: String,
+    /// What it shows, in a line.
+    pub about: String,
+    /// Length of the record, s.
+    pub seconds: f64,
+    /// Seed of noise and calibration.
+    pub seed: u64,
+    /// Bias of every coil, A.
+    pub bias_a: f64,
+    /// Inductance the regulator is tuned for, H.
+    pub inductance_h: f64,
+    /// Resistance of a coil, Ω.
+    pub resistance_ohm: f64,
+    /// The excitation.
+    pub drive: Drive,
+    /// Speed of the spindle at the start and at the end, revolutions/s.
+    pub spindle_hz: (f64, f64),
+    /// How the magnets were calibrated.
+    pub calibrated: Calibrated,
+    /// Bands of the tracks of a sweep, Hz.
+    pub tracks_hz: Vec<(f64, f64)>,
+    /// The plant.
+    pub plant: ExciterConfig,
+}
+
+/// A measurement from a file, or a shipped one by name.
+///
+/// # Errors
+/// One line: file, line, field, what is allowed.
+pub fn load_cers(name: &str) -> Result<CersScenario, Failure> {
+    if let Some((_, text)) = SHIPPED_CERS.iter().find(|(n, _)| *n == name) {
+        return parse_cers(name, text);
+    }
+    let text = fs::read_to_string(name).map_err(|why| {
+        let names: Vec<&str> = SHIPPED_CERS.iter().map(|(n, _)| *n).collect();
+        Failure::Input(format!(
+            "{name}: open: {} (a TOML file, or one of {})",
+            why.to_string().to_lowercase(),
+            names.join(", ")
+        ))
+    })?;
+    parse_cers(name, &text)
+}
+
+/// A measurement from its text; `file` is what messages call it.
+///
+/// # Errors
+/// As [`load_cers`].
+pub fn parse_cers(file: &str, text: &str) -> Result<CersScenario, Failure> {
+    parse(file, text, &cers_schema(), read)
+}
+
+/// Reads a file with one of this module's readers.
+pub(super) fn parse<V>(
+    file: &str,
+    text: &str,
+    schema: &Value,
+    read: impl FnOnce(&mut Section<'_>) -> Result<V, Refusal>,
+) -> Result<V, Failure> {
+    let lines = Text(text);
+    let table = DeTable::parse(text).map_err(|why| {
+        let line = why.span().map_or(1, |span| lines.line(&span));
+        let what = why.message().lines().next().unwrap_or_default();
+        Failure::Input(format!("{file}: line {line}: not TOML: {what}"))
+    })?;
+    let refused =
+        |r: Refusal| Failure::Input(format!("{file}: line {}: {} {}", r.line, r.field, r.what));
+    if let Some(refusal) = unknown(lines, table.get_ref(), schema) {
+        return Err(refused(refusal));
+    }
+    read(&mut Section::root(lines, table.get_ref())).map_err(refused)
+}
+
+/// JSON schema of a measurement's file, from the same calls that read it.
+pub fn cers_schema() -> Value {
+    let mut root = Section::description();
+    // A description answers every question: there is nothing to refuse.
+    let _ = read(&mut root);
+    let mut schema = root.schema();
+    schema["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
+    schema["title"] = json!("Measurement of rarma cers");
+    schema
+}
+
+fn read(root: &mut Section<'_>) -> Result<CersScenario, Refusal> {
+    let name = root.words("name", "Name of the structure")?;
+    let about = root.words("about", "What the measurement shows, in a line")?;
+    let seconds = root.number(
+        "seconds",
+        Allowed::within(0.5, 300.0),
+        Some(3.3),
+        "Length of the record, s; rounded up to whole blocks",
+    )?;
+    let seed = root.whole(
+        "seed",
+        (0, i64::from(u32::MAX)),
+        Some(1),
+        "Seed of noise and calibration",
+    )? as u64;
+    let supply = root.number(
+        "supply_v",
+        Allowed::within(6.0, 200.0),
+        Some(48.0),
+        "Supply of the amplifiers, V",
+    )?;
+    let bias = root.number(
+        "bias_a",
+        Allowed::within(0.05, 20.0),
+        Some(0.8),
+        "Bias of every coil, A",
+    )?;
+    let tracks = root.numbers(
+        "tracks_hz",
+        Allowed::within(50.0, 4500.0),
+        "Bands of the tracks over the speed, low and high by turns, Hz",
+    )?;
+    let excitation = root.table("excitation", "What is superposed on the bias", excitation)?;
+    let mut drive = excitation.unwrap_or_default();
+    let spindle = root.table("spindle", "The spindle's speed", spindle)?;
+    let (from, to, lines) = spindle.unwrap_or((0.0, 0.0, Vec::new()));
+    let magnets = root.table("magnets", "Coils, gaps and what is known of them", magnets)?;
+    let known = magnets.unwrap_or_default();
+    drive.dodge_hz = if from == to { from } else { 0.0 };
+    if !root.describes() {
+        within_limits(root, &known, &drive, supply, bias)?;
+        if tracks.chunks(2).any(|b| b.len() != 2 || b[1] <= b[0]) {
+            return Err(root.refuse("tracks_hz", "is no list of bands, low and high by turns"));
+        }
+    }
+    let mut plant = ExciterConfig {
+        substeps: 8,
+        supply_v: supply,
+        gap_m: known.gap_m,
+        ..ExciterConfig::default()
+    };
+    // Gaps that are not what they are thought to be, current sensors with gain errors.
+    for (coil, off) in plant.coils.iter_mut().zip([4e-6, -3e-6, 2e-6, -5e-6]) {
+        coil.gap_error_m = off;
+        coil.resistance_ohm = known.resistance_ohm;
+    }
+    if !lines.is_empty() {
+        plant.bearing_lines = lines;
+    }
+    plant.sensors.current_gain_error = [0.01, -0.008, 0.006, -0.01];
+    Ok(CersScenario {
+        name,
+        about,
+        seconds,
+        seed,
+        bias_a: bias,
+        inductance_h: known.inductance_h,
+        resistance_ohm: known.resistance_ohm,
+        drive,
+        spindle_hz: (from, to),
+        calibrated: known.calibrated,
+        tracks_hz: tracks.chunks_exact(2).map(|b| (b[0], b[1])).collect(),
+        plant,
+    })
+}
+
+fn excitation(s: &mut Section<'_>) -> Result<Drive, Refusal> {
+    let d = Drive::default();
+    let signal = s.choice(
+        "signal",
+        &["multisine", "noise", "prbs"],
+        false,
+        "Multisine: lines without leakage; noise: band-limited, clipped at 3 deviations; prbs: shift register",
+    )?;
+    let axes = s.choice(
+        "axes",
+        &["both", "x", "y"],
+        false,
+        "Directions driven; both at once are told apart by their lines or their noise",
+    )?;
+    let low = s.number(
+        "low_hz",
+        Allowed::within(0.0, 4000.0),
+        Some(d.band_hz.0),
+        "Lower edge, Hz",
+    )?;
+    let high = s.number(
+        "high_hz",
+        Allowed::within(100.0, 8000.0),
+        Some(d.band_hz.1),
+        "Upper edge, Hz",
+    )?;
+    let rms = s.number(
+        "rms_a",
+        Allowed::above(0.0, 20.0),
+        Some(d.rms_a),
+        "Current of each direction, A rms",
+    )?;
+    if !s.describes() && high < low + 50.0 {
+        return Err(s.refuse("high_hz", format!("is {high}: no band above {low} Hz")));
+    }
+    Ok(Drive {
+        signal: [Signal::Multisine, Signal::Noise, Signal::Prbs][signal],
+        axes: [axes != 2, axes != 1],
+        band_hz: (low, high),
+        rms_a: rms,
+        dodge_hz: 0.0,
+    })
+}
+
+/// Speeds at both ends in revolutions/s; orders and their force at 300 revolutions/s, N.
+type Spindle = (f64, f64, Vec<(f64, f64)>);
+
+fn spindle(s: &mut Section<'_>) -> Result<Spindle, Refusal> {
+    let speed = Allowed::within(0.0, 1e5);
+    let from = s.number("rpm", speed, Some(0.0), "Speed at the start, 1/min")?;
+    let given = s.has("to_rpm");
+    let to = s.number(
+        "to_rpm",
+        speed,
+        Some(0.0),
+        "Speed at the end, 1/min; left out: as at the start",
+    )?;
+    let to = if given { to } else { from };
+    let most = s.number(
+        "most_rpm",
+        Allowed::within(100.0, 24_000.0),
+        Some(18_000.0),
+        "Limit of the spindle with the rotor in it, 1/min",
+    )?;
+    for (field, rpm) in [("rpm", from), ("to_rpm", to)] {
+        if !s.describes() && rpm > most {
+            return Err(s.refuse(
+                field,
+                format!("is {rpm}: the spindle's limit is {most} 1/min (spindle.most_rpm)"),
+            ));
+        }
+    }
+    let lines = s.numbers(
+        "lines",
+        Allowed::within(0.0, 100.0),
+        "Forces that turn with the spindle: order and N at 18 000 1/min by turns, growing with the square of the speed; left out: three bearing lines of half a newton",
+    )?;
+    if !s.describes() && !lines.len().is_multiple_of(2) {
+        return Err(s.refuse("lines", "is no list of orders and forces by turns"));
+    }
+    let lines = lines.chunks_exact(2).map(|p| (p[0], p[1])).collect();
+    Ok((from / 60.0, to / 60.0, lines))
+}
+
+/// What is known of the magnets.
+struct Known {
+    calibrated: Calibrated,
+    gap_m: f64,
+    inductance_h: f64,
+    resistance_ohm: f64,
+}
+
+impl Default for Known {
+    fn default() -> Self {
+        Self {
+            calibrated: Calibrated::Points,
+            gap_m: 150e-6,
+            inductance_h: 4.2e-3,
+            resistance_ohm: 4.0,
+        }
+    }
+}
+
+fn magnets(s: &mut Section<'_>) -> Result<Known, Refusal> {
+    let d = Known::default();
+    let calibrated = s.choice(
+        "calibration",
+        &["points", "drawing", "none"],
+        false,
+        "Points: forty pairs at five gaps, each magnet; drawing: ideal iron (30 % of the force); none: refused",
+    )?;
+    let sensors = s.choice(
+        "gap_sensors",
+        &["both", "x", "y", "none"],
+        false,
+        "Directions whose gap is measured; the force stands on both",
+    )?;
+    let gap = s.number(
+        "gap_um",
+        Allowed::within(80.0, 400.0),
+        Some(1e6 * d.gap_m),
+        "Gap with the rotor in the middle, µm",
+    )?;
+    let inductance = s.number(
+        "inductance_mh",
+        Allowed::within(0.2, 50.0),
+        Some(1e3 * d.inductance_h),
+        "Inductance of a coil, mH",
+    )?;
+    let resistance = s.number(
+        "resistance_ohm",
+        Allowed::within(0.1, 50.0),
+        Some(d.resistance_ohm),
+        "Resistance of a coil, Ω",
+    )?;
+    if !s.describes() {
+        if calibrated == 2 {
+            return Err(s.refuse(
+                "calibration",
+                "is \"none\": magnets +x, −x, +y, −y have no calibration, their force would be a guess (allowed: \"points\", \"drawing\")",
+            ));
+        }
+        let absent = ["", "y", "x", "x and y"][sensors];
+        if !absent.is_empty() {
+            return Err(s.refuse(
+                "gap_sensors",
+                format!(
+                    "leaves {absent} without a gap sensor: 1 µm of gap is 1.3 % of the force (allowed: \"both\")"
+                ),
+            ));
+        }
+    }
+    Ok(Known {
+        calibrated: [Calibrated::Points, Calibrated::Drawing][calibrated.min(1)],
+        gap_m: 1e-6 * gap,
+        inductance_h: 1e-3 * inductance,
+        resistance_ohm: resistance,
+    })
+}
+
+/// Bias and excitation against supply and iron.
+fn within_limits(
+    root: &Section<'_>,
+    known: &Known,
+    drive: &Drive,
+    supply: f64,
+    bias: f64,
+) -> Result<(), Refusal> {
+    let has = MOST_DUTY * supply;
+    let needs = bias * known.resistance_ohm;
+    if needs > has {
+        return Err(root.refuse(
+            "bias_a",
+            format!(
+                "is {bias}: {:.1} Ω need {needs:.1} V, the supply of {supply} V gives {has:.1} V",
+                known.resistance_ohm
+            ),
+        ));
+    }
+    let peak = drive.peak_a();
+    if peak > bias {
+        return Err(root.refuse(
+            "bias_a",
+            format!(
+                "is {bias}: the excitation's peak of {peak:.2} A exceeds it, a coil would reach zero and the force be rectified"
+            ),
+        ));
+    }
+    let magnet = rarma_core::cers::Geometry::<f64>::textbook().magnet();
+    let flux = magnet.force(bias + peak, known.gap_m).flux_part;
+    if flux > rarma_core::cers::TRUSTED_PART {
+        return Err(root.refuse(
+            "bias_a",
+            format!(
+                "is {bias}: with the excitation {:.2} A take the iron to {flux:.2} of its knee, the force is trusted up to {}",
+                bias + peak,
+                rarma_core::cers::TRUSTED_PART
+            ),
+        ));
+    }
+    let volts = needed_volts(drive, bias, known.inductance_h, known.resistance_ohm);
+    if volts > has {
+        return Err(root.refuse(
+            "excitation",
+            format!(
+                "needs {volts:.1} V at its peak, the supply of {supply} V gives {has:.1} V (less rms_a, or a lower high_hz)"
+            ),
+        ));
+    }
+    Ok(())
+}
