@@ -23,7 +23,6 @@ const MISSED: &[&str] = &[
     "cutting, long: chatter, turning-980",
     "cutting, long: chatter, slender-bar",
     "cutting, long: chatter, two-tooth-up",
-    "cers: f, % off, X at 18000",
     "cutting: chatter, two-tooth-up, 20500",
     "cutting: onset missed",
     "cutting: onset too early",

@@ -98,6 +98,18 @@ pub fn board_image_or_skip(test: &str) -> Option<(PathBuf, PathBuf, PathBuf)> {
     found_image.map(|((image, model), packages)| (image, model, packages))
 }
 
+/// The folder of the Python packages that tests use; without it, a loud line that names the
+/// test.
+///
+/// # Panics
+/// It is missing and `RARMA_REQUIRE_BOARD` is `1`.
+#[must_use]
+pub fn python_packages_or_skip(test: &str) -> Option<PathBuf> {
+    let path = env::var_os("RARMA_G474_PACKAGES").map(PathBuf::from);
+    let why = "RARMA_G474_PACKAGES names no folder with pyuff";
+    found(path, test, why, required("RARMA_REQUIRE_BOARD"))
+}
+
 /// A recording of the shared folder with what is known about it.
 #[derive(Debug, Clone)]
 pub struct Known {

@@ -1,7 +1,7 @@
 //! Promise: what `rarma cers` says of modes is right, and as uncertain as it says: twenty
 //! seeds at rest, at 6000 and at 18 000 1/min.
 //!
-//! `cargo test --release -p host-tests --test cers_host -- --nocapture`
+//! `cargo test --release -p host-tests --test cers_host -- --ignored --nocapture`
 
 use rarma_cli::cers::measure::measured;
 use rarma_cli::cers::modes::{ModeRow, modes};
@@ -9,7 +9,8 @@ use rarma_cli::cers::response::cleaned;
 use rarma_cli::scenario::load_cers;
 use rayon::prelude::*;
 
-const SEEDS: u64 = 20;
+/// Seeds of the short form; the long one takes twenty, from a seed that nothing was tried on.
+const SEEDS: u64 = 4;
 const BAND_HZ: (f64, f64) = (250.0, 3000.0);
 
 fn found(rpm: f64, seed: u64) -> Vec<ModeRow> {
@@ -30,18 +31,16 @@ struct Errors {
     strangers: usize,
 }
 
-fn errors(rpm: f64) -> Errors {
-    let all: Vec<Vec<ModeRow>> = (0..SEEDS)
-        .into_par_iter()
-        .map(|seed| found(rpm, seed))
-        .collect();
+fn errors(rpm: f64, seeds: std::ops::Range<u64>) -> Errors {
+    let count = seeds.end - seeds.start;
+    let all: Vec<Vec<ModeRow>> = seeds.into_par_iter().map(|seed| found(rpm, seed)).collect();
     let mut out = Errors {
         parts: Vec::new(),
         deviations: Vec::new(),
         missing: 0,
         strangers: 0,
     };
-    println!("{rpm} 1/min, {SEEDS} seeds:");
+    println!("{rpm} 1/min, {count} seeds:");
     let truth = load_cers("cers-turning")
         .expect("shipped")
         .plant
@@ -61,13 +60,13 @@ fn errors(rpm: f64) -> Errors {
         let worst =
             |of: &dyn Fn(&ModeRow) -> f64| seen.iter().map(|r| of(r).abs()).fold(0.0, f64::max);
         println!(
-            "  {axis} {f:7.1} Hz {:5.2} %: seen {}/{SEEDS}, f worst {:.3} %, damping worst {:.2} %",
+            "  {axis} {f:7.1} Hz {:5.2} %: seen {}/{count}, f worst {:.3} %, damping worst {:.2} %",
             100.0 * z,
             seen.len(),
             100.0 * worst(&|r| r.f / f - 1.0),
             100.0 * worst(&|r| r.zeta / z - 1.0)
         );
-        out.missing += SEEDS as usize - seen.len();
+        out.missing += count as usize - seen.len();
         for r in seen {
             out.parts.push((r.f / f - 1.0, r.zeta / z - 1.0));
             out.deviations
@@ -75,18 +74,29 @@ fn errors(rpm: f64) -> Errors {
         }
     }
     out.strangers =
-        all.iter().map(Vec::len).sum::<usize>() + out.missing - truth.len() * SEEDS as usize;
+        all.iter().map(Vec::len).sum::<usize>() + out.missing - truth.len() * count as usize;
     out
 }
 
 #[test]
 fn modes_are_right_and_their_deviations_honest() {
+    judge(0..SEEDS, (0.7, 0.99));
+}
+
+#[test]
+#[ignore = "three minutes"]
+fn modes_are_right_and_their_deviations_honest_long() {
+    judge(100..120, (0.78, 0.96));
+}
+
+fn judge(seeds: std::ops::Range<u64>, (least, most): (f64, f64)) {
+    let count = (seeds.end - seeds.start) as usize;
     for (rpm, most_f, most_zeta) in [
         (0.0, 0.001, 0.02),
         (6000.0, 0.002, 0.02),
         (18_000.0, 0.003, 0.05),
     ] {
-        let e = errors(rpm);
+        let e = errors(rpm, seeds.clone());
         let worst =
             |of: fn(&(f64, f64)) -> f64| e.parts.iter().map(|p| of(p).abs()).fold(0.0, f64::max);
         let (f, z) = (worst(|p| p.0), worst(|p| p.1));
@@ -105,11 +115,11 @@ fn modes_are_right_and_their_deviations_honest() {
             e.strangers
         );
         assert_eq!(e.missing, 0);
-        assert!(e.strangers <= SEEDS as usize / 4, "{}", e.strangers);
+        assert!(e.strangers <= count / 4, "{}", e.strangers);
         // Eight parts give the deviations 7 degrees of freedom: 91 % of a normal
         // scatter lie within two of them. Calibration and lag are on top.
-        assert!((0.78..0.96).contains(&cf), "{cf}");
-        assert!((0.78..0.96).contains(&cz), "{cz}");
+        assert!((least..most).contains(&cf), "{cf}");
+        assert!((least..most).contains(&cz), "{cz}");
         assert!(f < most_f && f > 1e-6, "{rpm}: {f}");
         assert!(z < most_zeta && z > 1e-5, "{rpm}: {z}");
     }

@@ -118,9 +118,9 @@ fn table(all: &[[Errors; 2]], axis: usize, spindle_hz: f64) -> (f64, f64, usize)
 
 #[test]
 fn every_mode_is_found_at_rest_and_turning() {
-    // At 18 000 rpm damping is 1.8 times as high, and a phase error of the force of half a
-    // degree moves a mode of 12.8 % by a thousandth: 0.31 % at worst, 0.30 % in twice the time.
-    for spindle_hz in [0.0, 100.0, 300.0] {
+    // At 18 000 rpm, where modes of 13 % lie close, the skew between the structure's directions
+    // and the sensors' has to be taken out first, which `rarma cers` does (test cers_host).
+    for spindle_hz in [0.0, 100.0] {
         let drives = [
             drive(LineSet::Odd, spindle_hz),
             drive(LineSet::Even, spindle_hz),

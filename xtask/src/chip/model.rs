@@ -7,8 +7,9 @@ use serde_json::Value;
 
 use crate::{Failure, Result, Workspace, process};
 
-/// The emulator's package; a test tool under the GPL, never linked or shipped.
-const EMULATOR: &str = "unicorn==2.1.4";
+/// Packages that tests use, never linked or shipped: the emulator (GPL), and a reader of
+/// universal files that is not ours (MIT).
+const PACKAGES: [&str; 2] = ["unicorn==2.1.4", "pyuff==2.5.8"];
 
 /// The model, ready to run.
 #[derive(Debug, Clone)]
@@ -31,7 +32,7 @@ pub struct Run<'a> {
 }
 
 impl Model {
-    /// The model, its emulator installed into the build directory if need be.
+    /// The model, the packages installed into the build directory if need be.
     ///
     /// # Errors
     /// When there is no Python, or the package cannot be had.
@@ -44,28 +45,29 @@ impl Model {
             return Err(Failure::new("no python3 for the model of the chip")
                 .advise("install Python 3.9 or later with pip"));
         }
-        if model.has_emulator() {
+        if model.has_packages() {
             return Ok(model);
         }
         eprintln!(
-            "model: installing {EMULATOR} into {}",
+            "model: installing {} into {}",
+            PACKAGES.join(", "),
             model.packages.display()
         );
         let mut pip = Command::new("python3");
-        pip.args(["-m", "pip", "install", "--quiet", "--target"])
+        pip.args(["-m", "pip", "install", "--quiet", "--upgrade", "--target"])
             .arg(&model.packages)
-            .arg(EMULATOR);
+            .args(PACKAGES);
         process::run(&mut pip).map_err(|failure| {
-            Failure::new("cannot install the emulator of the model")
+            Failure::new("cannot install the packages of the model and the tests")
                 .because(failure)
-                .advise(format!("python3 -m pip install {EMULATOR}"))
+                .advise(format!("python3 -m pip install {}", PACKAGES.join(" ")))
         })?;
         Ok(model)
     }
 
-    fn has_emulator(&self) -> bool {
+    fn has_packages(&self) -> bool {
         let mut python = self.python();
-        process::output(python.args(["-c", "import unicorn"])).is_ok()
+        process::output(python.args(["-c", "import unicorn, pyuff"])).is_ok()
     }
 
     fn python(&self) -> Command {
