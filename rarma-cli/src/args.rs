@@ -3,6 +3,7 @@
 mod cers;
 mod els;
 mod ldbb;
+mod psd;
 mod sensor_box;
 mod virtual_machine;
 
@@ -11,6 +12,7 @@ pub use els::{
     CutArgs, ElsCommand, ElsFitArgs, ElsHammerArgs, ElsLimitArgs, ElsModelArgs, OutArgs,
 };
 pub use ldbb::{KnownArgs, LdbbAnalyseArgs, LdbbCommand, LdbbCompareArgs, LdbbRunArgs};
+pub use psd::{Criterion, PsdArgs, PsdMethod};
 pub use sensor_box::{BoxArgs, ConnectArgs, DecodeArgs};
 pub use virtual_machine::{ChooseOrderArgs, LobesArgs, SimulateArgs, SweepArgs};
 
@@ -41,8 +43,7 @@ pub enum Command {
     /// The same through the firmware image on the emulated chip.
     ///
     /// Exit code 1 if chatter was found. Builds the image first if it must.
-    // A job for the box names one channel: what needs two is not offered, and refused by name.
-    #[command(mut_arg("second", |a| a.hide(true)), mut_arg("tacho", |a| a.hide(true)), mut_arg("pulses", |a| a.hide(true)))]
+    #[command(mut_args(one_channel))]
     Target(MonitorArgs),
     /// Fit one ARMA model to a whole recording.
     Identify(IdentifyArgs),
@@ -145,6 +146,12 @@ pub struct MonitorArgs {
     pub report: Option<PathBuf>,
 }
 
+/// A job for the box names one channel: what needs two is refused by name, and not offered.
+fn one_channel(option: clap::Arg) -> clap::Arg {
+    let needs_two = ["second", "tacho", "pulses"].contains(&option.get_id().as_str());
+    option.hide(needs_two)
+}
+
 /// Options of `identify`.
 #[derive(Debug, Clone, Args)]
 pub struct IdentifyArgs {
@@ -187,64 +194,6 @@ pub struct OrderArgs {
     /// One JSON object on standard output.
     #[arg(long)]
     pub json: bool,
-}
-
-/// Options of `psd`.
-#[derive(Debug, Clone, Args)]
-pub struct PsdArgs {
-    /// The recording.
-    #[command(flatten)]
-    pub input: InputArgs,
-    /// Estimator.
-    #[arg(long, value_enum)]
-    pub method: PsdMethod,
-    /// Orders of A and C for a model, 0 to 30 each.
-    #[arg(long, value_name = "P,Q", value_parser = any_order)]
-    pub order: Option<(usize, usize)>,
-    /// At this one frequency in Hz instead of on a grid.
-    #[arg(long, value_name = "HZ", value_parser = positive)]
-    pub at: Option<f64>,
-    /// One JSON object on standard output.
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// Criteria of `order`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Criterion {
-    /// Akaike.
-    Aic,
-    /// Akaike, corrected for short series.
-    Aicc,
-    /// Schwarz.
-    Bic,
-    /// Final prediction error.
-    Fpe,
-}
-
-impl Criterion {
-    /// As it is spelled on the command line and in JSON.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Aic => "aic",
-            Self::Aicc => "aicc",
-            Self::Bic => "bic",
-            Self::Fpe => "fpe",
-        }
-    }
-}
-
-/// Estimators of `psd`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum PsdMethod {
-    /// Squared Fourier transform of the whole recording.
-    Periodogram,
-    /// Mean over half-overlapping stretches under a Hann window.
-    Welch,
-    /// Autoregressive model (Burg); needs --order P,0.
-    Ar,
-    /// ARMA model (prediction error); needs --order P,Q.
-    Arma,
 }
 
 /// Options of `demo`.

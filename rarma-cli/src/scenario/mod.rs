@@ -5,6 +5,7 @@
 
 mod at_work;
 mod cers;
+mod cers_parts;
 mod cers_record;
 mod els;
 mod els_parts;

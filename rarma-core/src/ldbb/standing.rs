@@ -4,7 +4,8 @@
 //! Rate: once a millisecond. As in the circular test the machine is not connected: the
 //! host says when it stands in the next direction ([`Standing::go`]).
 
-use super::procedure::{Asked, RunFault, Seen};
+use super::procedure::{Asked, Seen};
+use super::procedure_event::RunFault;
 use super::schedule::{Run, Schedule};
 
 /// Settings, SI.

@@ -1,0 +1,62 @@
+//! Options of `psd`, and criteria of `order`.
+
+use super::{InputArgs, any_order, positive};
+use clap::{Args, ValueEnum};
+
+/// Options of `psd`.
+#[derive(Debug, Clone, Args)]
+pub struct PsdArgs {
+    /// The recording.
+    #[command(flatten)]
+    pub input: InputArgs,
+    /// Estimator.
+    #[arg(long, value_enum)]
+    pub method: PsdMethod,
+    /// Orders of A and C for a model, 0 to 30 each.
+    #[arg(long, value_name = "P,Q", value_parser = any_order)]
+    pub order: Option<(usize, usize)>,
+    /// At this one frequency in Hz instead of on a grid.
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    pub at: Option<f64>,
+    /// One JSON object on standard output.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Criteria of `order`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Criterion {
+    /// Akaike.
+    Aic,
+    /// Akaike, corrected for short series.
+    Aicc,
+    /// Schwarz.
+    Bic,
+    /// Final prediction error.
+    Fpe,
+}
+
+impl Criterion {
+    /// As it is spelled on the command line and in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Aic => "aic",
+            Self::Aicc => "aicc",
+            Self::Bic => "bic",
+            Self::Fpe => "fpe",
+        }
+    }
+}
+
+/// Estimators of `psd`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum PsdMethod {
+    /// Squared Fourier transform of the whole recording.
+    Periodogram,
+    /// Mean over half-overlapping stretches under a Hann window.
+    Welch,
+    /// Autoregressive model (Burg); needs --order P,0.
+    Ar,
+    /// ARMA model (prediction error); needs --order P,Q.
+    Arma,
+}
