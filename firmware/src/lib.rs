@@ -16,6 +16,7 @@ pub mod exciting;
 pub mod last_words;
 pub mod link;
 pub mod listen;
+pub mod microphones;
 pub mod monitor;
 pub mod notices;
 pub mod rig;

@@ -4,6 +4,7 @@
 //! Fast path per sample; called at every pass of the main loop.
 
 use crate::board::{BoxBoard, Pulse};
+use crate::microphones::Microphones;
 use crate::monitor::MonitorDuty;
 use crate::tell::Teller;
 use rarma_core::Order;
@@ -12,8 +13,8 @@ use rarma_core::decide::{Reason, State};
 use rarma_core::guard::{FaultCode, InARow};
 use rarma_core::monitor::{MonitorConfig, MonitorError};
 use rarma_core::settings::{
-    MONITOR_BAND_HIGH, MONITOR_BAND_LOW, MONITOR_MEMORY, MONITOR_ORDER, MONITOR_SPINDLE,
-    MONITOR_TEETH, MONITOR_THRESHOLD, Settings, TACHO_PULSES, TELL_VERDICT,
+    MONITOR_BAND_HIGH, MONITOR_BAND_LOW, MONITOR_MEMORY, MONITOR_MICROPHONES, MONITOR_ORDER,
+    MONITOR_SPINDLE, MONITOR_TEETH, MONITOR_THRESHOLD, Settings, TACHO_PULSES, TELL_VERDICT,
 };
 use rarma_core::wire::{MonitorJob, Raw, Telemetry, Verdict};
 
@@ -40,6 +41,11 @@ pub struct Listening {
     fs: f32,
     /// Idle while nobody listens. In place, because it is large.
     duty: MonitorDuty,
+    /// What is listened with, while somebody listens.
+    job: Option<MonitorJob>,
+    microphones: Microphones,
+    /// One has been dropped, and the other is not listened to yet.
+    change: bool,
     /// The box shakes what it listens to: there is no chatter to be called.
     excited: bool,
     health: Health<f32>,
@@ -105,6 +111,9 @@ impl Listening {
             fs_hz,
             fs: fs_hz as f32,
             duty: MonitorDuty::idle(),
+            job: None,
+            microphones: Microphones::default(),
+            change: false,
             excited: false,
             health: Health::new(fs_hz, Some(1.0)),
             gone: 0,
@@ -144,6 +153,9 @@ impl Listening {
         self.end(board, tell);
         self.duty.begin(&job)?;
         self.excited = order.is_some();
+        self.job = Some(job);
+        self.microphones = Microphones::begin(settings.whole(MONITOR_MICROPHONES) == 2);
+        board.listen_to(self.microphones.now());
         tell.tell(board, &self.duty.started());
         Ok(())
     }
@@ -153,6 +165,7 @@ impl Listening {
         if !self.duty.is_idle() {
             let last = self.duty.finished(0, 0, tell.dropped());
             self.duty.end();
+            self.job = None;
             tell.tell(board, &last);
         }
     }
@@ -193,8 +206,42 @@ impl Listening {
                 self.sample(board, x, tell);
             }
         }
-        self.judge(now_us, found);
+        let mut dropped = None;
+        let mut microphones = self.microphones;
+        let mut clipped = false;
+        self.judge(now_us, &mut |code, value| {
+            // A cut that clips is loud on both.
+            clipped |= code == FaultCode::SamplesClipped;
+            if !(clipped && code == FaultCode::SamplesLoud) {
+                dropped = dropped.or(microphones.fault(code));
+            }
+            found(code, value);
+        });
+        self.microphones = microphones;
+        if let Some(which) = dropped {
+            found(FaultCode::MicrophoneDropped, f32::from(which) + 1.0);
+            self.change = true;
+        }
         self.tacho(board, now_us);
+    }
+
+    /// After a pass: the other microphone, if that pass has dropped one, and a model that starts
+    /// anew, because level and response are others. Not of the pass, which has a fixed time.
+    pub fn change_over<B: BoxBoard>(&mut self, board: &mut B, now_us: u64, tell: &mut Teller) {
+        if !core::mem::take(&mut self.change) {
+            return;
+        }
+        board.listen_to(self.microphones.now());
+        self.health = Health::new(self.fs_hz, Some(1.0));
+        self.loud = 0.0;
+        self.last_us = now_us;
+        let Some(job) = self.job else { return };
+        self.end(board, tell);
+        // It has been accepted before.
+        if self.duty.begin(&job).is_ok() {
+            self.job = Some(job);
+            tell.tell(board, &self.duty.started());
+        }
     }
 
     fn sample<B: BoxBoard>(&mut self, board: &mut B, x: f32, tell: &mut Teller) {

@@ -116,6 +116,12 @@ pub trait BoxBoard: Emergency {
     /// The converter or its transfer failed; the next call may succeed again.
     fn samples(&mut self, block: &mut [f32]) -> Result<Block, Self::Error>;
 
+    /// From now on [`Self::samples`] are those of this microphone, 0 or 1; their count and time
+    /// go on. A board with one microphone keeps it.
+    fn listen_to(&mut self, microphone: u8) {
+        let _ = microphone;
+    }
+
     /// The oldest pulse of the tacho not taken yet. The board keeps 16 and drops the
     /// newest beyond that.
     fn pulse(&mut self) -> Option<Pulse>;

@@ -176,7 +176,7 @@ impl SensorBox {
 
     fn samples<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) {
         // At most one of each kind in a pass.
-        let mut wrong: [Option<(FaultCode, f32)>; 6] = [None; 6];
+        let mut wrong: [Option<(FaultCode, f32)>; 7] = [None; 7];
         self.listening
             .pass(board, now_us, &mut self.tell, &mut |code, value| {
                 if let Some(free) = wrong.iter_mut().find(|w| w.is_none()) {
@@ -186,6 +186,7 @@ impl SensorBox {
         for (code, value) in wrong.into_iter().flatten() {
             self.fault(board, code, 0, value, now_us);
         }
+        self.listening.change_over(board, now_us, &mut self.tell);
         self.check_ins.here(Duty::Samples, now_us);
     }
 

@@ -154,6 +154,8 @@ faults! {
     TachoNoisy = 67, "tacho-noisy", "Hz", Listening;
     /// A gap is below the warning limit; place: axis; value: m.
     GapNarrow = 68, "gap-narrow", "m", Listening;
+    /// A microphone is not listened to any more, the other one is; value: which, 1 or 2.
+    MicrophoneDropped = 69, "microphone-dropped", "number", Listening;
 
     /// Bytes on the link that are no frame; value: broken frames since the last notice.
     LinkGarbage = 80, "link-garbage", "frames", Listening;

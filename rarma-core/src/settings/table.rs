@@ -80,6 +80,9 @@ table! {
     18 TACHO_SILENCE: Real "tacho.silence", "s", 0.05, 60.0, 1.0, AtOnce,
         "a tacho without a pulse for this long is told as silent";
 
+    19 MONITOR_MICROPHONES: Whole "monitor.microphones", "1", 1, 2, 1, NextMode,
+        "2: a second microphone takes over when the first is stuck, silent, noisy or not a number";
+
     30 SUPPLY_LOW: Real "supply.low", "V", 5.0, 100.0, 40.0, AtOnce,
         "least supply of the power stage";
     31 SUPPLY_HIGH: Real "supply.high", "V", 10.0, 100.0, 56.0, AtOnce,

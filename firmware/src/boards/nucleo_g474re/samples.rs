@@ -72,6 +72,8 @@ pub(super) struct Microphones {
     started: u64,
     /// Number of the next sample to take.
     taken: u64,
+    /// The second one is listened to.
+    second: bool,
 }
 
 impl Microphones {
@@ -111,26 +113,38 @@ impl Microphones {
             TIM6.cr1().modify(|w| w.set_cen(true));
             clock::now()
         });
-        Self { started, taken: 0 }
+        Self {
+            started,
+            taken: 0,
+            second: false,
+        }
     }
 
     /// Samples written since the start.
     fn written(&self) -> Result<u64, Stopped> {
         let elapsed = clock::now() - self.started;
-        let left = usize::from(DMA1.ch(0).ndtr().read().ndt());
+        let channel = usize::from(self.second);
+        let left = usize::from(DMA1.ch(channel).ndtr().read().ndt());
         let place = (RING - left) % RING;
         timing::written(elapsed, place as u32, RING as u32).ok_or(Stopped)
     }
 
-    /// Takes the samples of the first microphone that there are; see
+    /// Which microphone is taken from now on.
+    pub(super) fn choose(&mut self, microphone: u8) {
+        self.second = microphone == 1;
+    }
+
+    /// Takes the samples of the chosen microphone that there are; see
     /// [`BoxBoard::samples`](crate::board::BoxBoard::samples).
     pub(super) fn take(&mut self, block: &mut [f32]) -> Result<Block, Stopped> {
         let written = self.written()?;
         let window = timing::window(self.taken, written, RING as u32);
         let there = usize::try_from(written - window.from).unwrap_or(RING);
         let samples = block.len().min(there);
+        let [first, second] = &RINGS;
+        let ring = if self.second { second } else { first };
         for (place, number) in block.iter_mut().zip(window.from..written) {
-            *place = scaling::microphone(RINGS[0].sample(number));
+            *place = scaling::microphone(ring.sample(number));
         }
         self.taken = window.from + samples as u64;
         Ok(Block {

@@ -110,6 +110,10 @@ impl BoxBoard for Nucleo {
         Ok(self.microphones.take(block)?)
     }
 
+    fn listen_to(&mut self, microphone: u8) {
+        self.microphones.choose(microphone);
+    }
+
     fn pulse(&mut self) -> Option<Pulse> {
         self.tacho.pulse(self.microphones.started())
     }

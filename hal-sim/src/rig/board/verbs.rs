@@ -43,8 +43,13 @@ impl BoxBoard for SimRig {
         }
     }
 
+    fn listen_to(&mut self, microphone: u8) {
+        self.second_microphone = microphone == 1;
+    }
+
     fn samples(&mut self, block: &mut [f32]) -> Result<Block, RigError> {
-        if self.stands(FaultKind::MicDead).is_some() {
+        let first = !self.second_microphone;
+        if first && self.stands(FaultKind::MicDead).is_some() {
             let due = self.samples_due();
             // What the converter did not convert was never a sample.
             while self.sound_given < due {
@@ -53,7 +58,7 @@ impl BoxBoard for SimRig {
             }
             return Err(RigError(BoardErrorKind::Converter));
         }
-        if self.falls_due(FaultKind::MicOverrun).is_some() {
+        if first && self.falls_due(FaultKind::MicOverrun).is_some() {
             for _ in 0..500 {
                 self.sound.next();
             }

@@ -7,6 +7,9 @@ use crate::rig::fault::FaultKind;
 use crate::rig::plant::Spoilt;
 use firmware::board::{AdcCode, Emergency, ResetCause, WATCHDOG_US};
 
+/// Gain of the second microphone over the first.
+const SECOND_GAIN: f32 = 0.8;
+
 impl SimRig {
     pub(super) fn samples_due(&self) -> u64 {
         (self.now_us as f64 * (SAMPLE_HZ * 1e-6)) as u64
@@ -160,7 +163,12 @@ impl SimRig {
         pulses
     }
 
+    /// What the microphone that is listened to makes of the sound. Faults are the first one's;
+    /// the second hangs a little further away.
     pub(super) fn heard(&mut self, x: f32) -> f32 {
+        if self.second_microphone {
+            return SECOND_GAIN * x;
+        }
         if self.faults.is_empty() {
             return x;
         }
