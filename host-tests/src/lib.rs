@@ -7,6 +7,7 @@
 pub mod amplitude;
 pub mod bars;
 pub mod bound;
+pub mod cers_rig;
 pub mod exciter;
 pub mod files;
 pub mod forced;

@@ -4,125 +4,14 @@
 //!
 //! `cargo test --release -p host-tests --test cers_box -- --nocapture`
 
-use hal_sim::exciter::calibrated;
-use hal_sim::plant::cers::ExciterConfig;
-use hal_sim::rig::{FaultEvent, FaultKind, RigConfig, RigSetUp, SimBox, SimRig};
-use host_tests::exciter::{drawing, plant};
-use host_tests::rig::{answer, quiet, set};
-use rarma_core::cers::{Direction, ExcitationJob, JobField, Magnet, OutOfReach, Signal};
+use hal_sim::rig::{FaultEvent, FaultKind};
+use host_tests::cers_rig::{
+    JOB, ask, calibrate, cers, ended, exciting, lines, magnets, real, run_until_ended,
+};
+use rarma_core::cers::{Direction, ExcitationJob, JobField, OutOfReach, Signal};
 use rarma_core::els::{Complex, Reading, agreed, fit_modes};
 use rarma_core::guard::{FaultCode, Mode, Stage};
-use rarma_core::settings::SettingValue;
-use rarma_core::wire::{
-    Answer, Command, EndMessage, ExcitationMessage, LineMessage, Refused, Telemetry,
-};
-
-const JOB: ExcitationJob = ExcitationJob {
-    signal: Signal::Steps,
-    direction: Direction::X,
-    rms_a: 0.15,
-    low_hz: 250.0,
-    high_hz: 3000.0,
-    seconds: 40.0,
-    lines: 160,
-};
-
-/// B of the winding's thermistor, K.
-const THERMISTOR_B_K: f64 = 3950.0;
-
-/// The plant of the exciter's tests at 40 kHz, its slowest part left out: the ripple.
-fn magnets() -> ExciterConfig {
-    plant()
-}
-
-fn real(all: &mut SimBox, name: &str, value: f32) {
-    set(all, name, SettingValue::Real(value));
-}
-
-/// Constants of the four magnets, as an operator types them after a calibration.
-fn calibrate(all: &mut SimBox, seed: u64) {
-    let (laws, _) = calibrated(&magnets(), &drawing(), seed).expect("calibrated");
-    let four: [(&str, Magnet<f64>); 4] = [
-        ("xp", laws[0].plus),
-        ("xm", laws[0].minus),
-        ("yp", laws[1].plus),
-        ("ym", laws[1].minus),
-    ];
-    for (name, m) in four {
-        real(all, &format!("cers.gain-{name}"), m.gain as f32);
-        real(all, &format!("cers.offset-{name}"), m.gap_offset_m as f32);
-        real(
-            all,
-            &format!("cers.knee-{name}"),
-            m.saturation_a_per_m as f32,
-        );
-    }
-}
-
-/// A box in mode cers, outputs off, magnets calibrated or not.
-fn cers(seed: u64, spindle_hz: f64, faults: Vec<FaultEvent>, calibration: bool) -> SimBox {
-    let set_up = RigSetUp {
-        seed,
-        spindle_hz,
-        faults,
-        magnets: Some(magnets()),
-        plant: RigConfig {
-            thermistor: Some((313.0, THERMISTOR_B_K)),
-            ..RigConfig::default()
-        },
-        ..RigSetUp::default()
-    };
-    let mut all = SimBox::new(SimRig::new(set_up, quiet(seed)));
-    all.run_to(100_000);
-    set(
-        &mut all,
-        "tacho.pulses",
-        SettingValue::Whole(u32::from(spindle_hz > 0.0)),
-    );
-    all.send(&Command::Start(Mode::Cers));
-    real(&mut all, "cers.thermistor", THERMISTOR_B_K as f32);
-    if calibration {
-        calibrate(&mut all, 100 * seed);
-    }
-    all.run_to(200_000);
-    all
-}
-
-fn ask(all: &mut SimBox, command: Command) -> Answer {
-    let to = all.send(&command);
-    all.run_for(0.02);
-    answer(all, to).expect("answered")
-}
-
-fn lines(all: &SimBox) -> Vec<LineMessage> {
-    let of = |heard: &hal_sim::rig::Heard| match heard.message {
-        Telemetry::Excitation(ExcitationMessage::Line(line)) => Some(line),
-        _ => None,
-    };
-    all.host.heard.iter().filter_map(of).collect()
-}
-
-fn ended(all: &SimBox) -> Option<EndMessage> {
-    all.host
-        .heard
-        .iter()
-        .rev()
-        .find_map(|heard| match heard.message {
-            Telemetry::Excitation(ExcitationMessage::Ended(end)) => Some(end),
-            _ => None,
-        })
-}
-
-fn run_until_ended(all: &mut SimBox, most_s: f64) -> EndMessage {
-    let until = all.rig.world_us() + (1e6 * most_s) as u64;
-    while all.rig.world_us() < until {
-        all.run_for(0.1);
-        if let Some(end) = ended(all) {
-            return end;
-        }
-    }
-    panic!("it does not end: {:?}", all.app.supervisor().stage());
-}
+use rarma_core::wire::{Answer, Command, Refused};
 
 #[test]
 fn stepped_sine_on_the_box_finds_the_modes() {
@@ -324,22 +213,6 @@ fn a_sensor_that_is_absent_or_a_spindle_too_fast_keeps_outputs_off() {
     }
 }
 
-/// A box that excites both directions with noise.
-fn exciting(faults: Vec<FaultEvent>) -> SimBox {
-    let mut all = cers(4, 50.0, faults, true);
-    let job = ExcitationJob {
-        signal: Signal::Noise,
-        direction: Direction::Both,
-        seconds: 3.0,
-        ..JOB
-    };
-    assert_eq!(ask(&mut all, Command::Excite(job)), Answer::Done);
-    assert_eq!(ask(&mut all, Command::Arm), Answer::Done);
-    all.run_to(1_000_000);
-    assert_eq!(all.app.supervisor().stage(), Stage::Exciting);
-    all
-}
-
 #[test]
 fn a_signal_ends_in_its_time_when_it_is_told_to_and_with_the_outputs() {
     let mut all = exciting(Vec::new());
@@ -384,66 +257,4 @@ fn a_signal_ends_in_its_time_when_it_is_told_to_and_with_the_outputs() {
     assert_eq!(all.app.supervisor().stage(), Stage::Off);
     assert!(ended(&all).is_some_and(|e| e.early) && all.app.supervisor().fault().is_none());
     assert!(all.rig.plant().current_a.iter().all(|i| *i == 0.0));
-}
-
-#[test]
-fn every_trip_ends_the_force() {
-    use FaultKind as K;
-    let rows = [
-        (K::EmergencyStop, 0, FaultCode::EmergencyStop),
-        (K::EnableLost, 0, FaultCode::EnableLost),
-        (K::HeartbeatLost, 0, FaultCode::HeartbeatLost),
-        (K::MainLate, 0, FaultCode::DeadlineMissed),
-        // The duties hold until a comparator breaks the timers at 3.4 A; the watchdog is last.
-        (K::LoopDead, 0, FaultCode::Watchdog),
-        (K::CurrentDead, 0, FaultCode::Bridge),
-        (K::BridgeRefuses, 0, FaultCode::Bridge),
-        (K::CurrentSensorLost, 1, FaultCode::CurrentSensorLost),
-        // Ten milliseconds of one code would be told; the comparator is there first.
-        (K::CurrentSensorStuck, 2, FaultCode::Comparator),
-        (K::GapLost, 0, FaultCode::GapSensorLost),
-        (K::GapStuck, 1, FaultCode::GapSensorStuck),
-        (K::GapClosing, 0, FaultCode::GapClosed),
-        (K::Overspeed, 0, FaultCode::Overspeed),
-        (K::WindingHot, 0, FaultCode::WindingHot),
-        (K::ThermistorLost, 0, FaultCode::ThermistorLost),
-        (K::SensorsDead, 0, FaultCode::SensorsLost),
-        (K::MainHangs, 0, FaultCode::Watchdog),
-        (K::BrownOut, 0, FaultCode::BrownOut),
-        (K::Panic, 0, FaultCode::Panic),
-        (K::HardFault, 0, FaultCode::HardFault),
-    ];
-    println!("| fault | told as | switches open after, ms | no current after that, µs |");
-    println!("|---|---|---|---|");
-    for (kind, place, code) in rows {
-        let from_us = 1_000_025;
-        let mut all = exciting(vec![FaultEvent {
-            kind,
-            place,
-            from_us,
-            to_us: from_us + 2_000_000,
-        }]);
-        all.run_for(1.5);
-        let on = all
-            .rig
-            .last_on_us()
-            .expect("was on")
-            .saturating_sub(from_us);
-        let current = all.rig.current_until_us().saturating_sub(from_us);
-        let fault = all.app.supervisor().fault().map(|f| f.code);
-        let left = current.saturating_sub(on);
-        println!(
-            "| {} | {} | {:.3} | {left} |",
-            kind.name(),
-            fault.map_or("-", FaultCode::name),
-            1e-3 * on as f64
-        );
-        assert_eq!(fault, Some(code), "{kind:?}");
-        assert!(!all.rig.outputs_on() && all.rig.plant().current_a.iter().all(|i| *i == 0.0));
-        // 0.8 A and the noise's peaks against 48 V: 70 µs for 0.8 A.
-        let broken = matches!(kind, K::LoopDead | K::CurrentSensorStuck);
-        let most = if broken { 325 } else { 125 };
-        assert!(left <= most, "{kind:?}: {left} µs");
-        assert_eq!(all.app.supervisor().stage(), Stage::Faulted);
-    }
 }
