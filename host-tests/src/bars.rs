@@ -24,6 +24,7 @@ const MISSED: &[&str] = &[
     "cutting, long: chatter, slender-bar",
     "cutting, long: chatter, two-tooth-up",
     "cutting: chatter, two-tooth-up, 20500",
+    "ldbb: hysteresis while moving by the box, a direction by itself",
     "cutting: onset missed",
     "cutting: onset too early",
     "cutting: onset, ms",

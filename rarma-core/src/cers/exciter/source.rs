@@ -216,9 +216,7 @@ mod tests {
                 };
                 for axis in 0..2 {
                     let most = x.iter().map(|x| x[axis].abs()).fold(0.0, f32::max);
-                    // A phase that turns in single precision grows by 6·10⁻⁸ a period; it
-                    // starts anew with every block.
-                    assert!(most <= 1.0005 * job.peak_a(), "{signal:?}: {most}");
+                    assert!(most <= 1.0001 * job.peak_a(), "{signal:?}: {most}");
                     let wanted = match (direction.drives(axis), signal, direction) {
                         (false, ..) => 0.0,
                         // Steps: half of the time each; sweeps: at 45°.

@@ -52,9 +52,11 @@ struct Turning {
 impl Turning {
     fn new(angle: f32) -> Self {
         let (s, c) = Real::sin_cos(angle);
+        let by = Complex::new(c, s);
         Self {
             now: Complex::new(1.0, 0.0),
-            by: Complex::new(c, s),
+            // To length 1: what is over would grow with every period of a block.
+            by: by.scale(1.5 - 0.5 * by.norm_sqr()),
         }
     }
 
