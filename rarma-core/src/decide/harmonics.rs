@@ -23,6 +23,11 @@ pub struct Rotation<T> {
 
 /// Half-width of the label around a multiple, Hz, at the least.
 pub const LEAST_WIDTH_HZ: f64 = 2.0;
+/// Half-width in standard deviations of the mode's frequency, for a speed that is heard or
+/// measured, so that its lines are removed or at least known, and for one that was told.
+pub const HEARD_SD: f64 = 1.0;
+/// See [`HEARD_SD`].
+pub const TOLD_SD: f64 = 2.0;
 /// Half-width as a fraction of the frequency: how well a speed is known.
 pub const SPEED_ACCURACY: f64 = 0.002;
 /// Flip lobes lie where a vibration takes 2, 2/3, 2/5 … tooth periods; beyond this odd
@@ -53,7 +58,8 @@ impl<T: Real> Rotation<T> {
             return None;
         }
         let spread = if f_sd.is_finite() {
-            f_sd * T::from_f64(2.0)
+            let heard = self.accuracy < T::from_f64(SPEED_ACCURACY);
+            f_sd * T::from_f64(if heard { HEARD_SD } else { TOLD_SD })
         } else {
             T::ZERO
         };

@@ -19,6 +19,7 @@ mod onset;
 mod origin;
 mod places;
 mod sequential;
+mod steady;
 mod structure;
 
 pub use agreement::{
@@ -50,6 +51,7 @@ pub use sequential::{
     DAMPED_RATIO, ENOUGH, ENOUGH_BACK, Evidence, LEAST_USUAL_RATIO, SequentialTest, UNDAMPED_RATIO,
     USUAL_RATIO,
 };
+pub use steady::Steadiness;
 pub use structure::{
     MAX_STRUCTURAL_MODES, ProcessDamping, STRUCTURE_SDS, STRUCTURE_WIDTH, StructuralMode,
     Structure, StructureError,

@@ -82,7 +82,7 @@ pub struct Reading<T> {
     /// is self-excited.
     pub grew: bool,
     /// Damping ratio below which it counts as undamped: the setting's, or less for a mode
-    /// that has had little for long.
+    /// that may always have had so little.
     pub threshold: T,
     /// What the sequential test says.
     pub evidence: Evidence<T>,

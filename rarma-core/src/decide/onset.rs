@@ -9,6 +9,8 @@ use crate::real::Real;
 /// Steps of history, and the length of one, s.
 const STEPS: usize = 10;
 const STEP_S: f64 = 0.05;
+/// The newest steps are not compared with.
+const LATE: usize = 3;
 /// The line alone has this many times (9 dB) the power that all had together …
 const ALONE: f64 = 8.0;
 /// … and everything else no more than this many times (6 dB).
@@ -89,11 +91,24 @@ impl<T: Real> Onset<T> {
     pub fn rose_alone(&self, line: T, power: T) -> bool {
         let rest = (power - line).max(T::ZERO);
         let history = self.history.iter().take(self.filled);
-        history.skip(3).any(|before| {
+        history.skip(LATE).any(|before| {
             *before > T::ZERO
                 && line > *before * T::from_f64(ALONE)
                 && rest < *before * T::from_f64(OTHERS)
         })
+    }
+
+    /// It has, against the mean of those powers: more than the power of a mode of low
+    /// damping does by chance.
+    pub fn rose_clearly(&self, line: T, power: T) -> bool {
+        let rest = (power - line).max(T::ZERO);
+        let history = self.history.iter().take(self.filled).skip(LATE);
+        let (sum, count) = history.fold((T::ZERO, T::ZERO), |(sum, count), before| {
+            (sum + *before, count + T::ONE)
+        });
+        sum > T::ZERO
+            && line * count > sum * T::from_f64(ALONE)
+            && rest * count < sum * T::from_f64(OTHERS)
     }
 }
 
@@ -117,6 +132,10 @@ mod tests {
         assert!(cut.rose_alone(28.0, 30.0));
         assert!(!cut.rose_alone(5.0, 6.0), "too little");
         assert!(!cut.rose_alone(20.0, 30.0), "the rest has grown with it");
+        assert!(cut.rose_clearly(28.0, 30.0) && !cut.rose_clearly(5.0, 6.0));
+        // Over a gap in a loud cut, as a mode of low damping has them, it has not.
+        let gap = heard(&[(10.0, 2.0), (1.0, 0.1), (10.0, 0.15), (30.0, 0.1)]);
+        assert!(gap.rose_alone(28.0, 30.0) && !gap.rose_clearly(28.0, 30.0));
         assert!(cut.is_falling(17.0) && !cut.is_falling(20.0));
         // Half a second later it is no news.
         let late = heard(&[(1.0, 2.0), (30.0, 0.7)]);

@@ -21,6 +21,16 @@ const FORGET_S: f64 = 5.0;
 const ROSE_S: f64 = 1.0;
 /// A mode that has lost its damping is louder than it was by this factor, in power.
 const GROWN: f64 = 4.0;
+/// Undamped is news where a mode was seen damped for so long, s, or is louder than it was
+/// damped by this factor (3 dB), in power …
+const LONG_S: f64 = 0.8;
+const LOUDER: f64 = 2.0;
+/// … and where it has always had little damping, if it is louder than its mean by this
+/// factor. Noise alone makes it so by chance in one of 10⁶ independent moments, and as the
+/// mean is one of a few moments only, in one of some hundreds.
+const BURST: f64 = 14.0;
+/// What is left in the signal has changed: for so long, s, its modes read as they were.
+const RELEARN_S: f64 = 0.5;
 /// A mode counts as seen where it holds this part of the band's power.
 const SEEN_SHARE: f64 = 0.05;
 /// Damping above which it has some for certain, in thresholds, and above which a pole
@@ -44,19 +54,24 @@ struct Place<T> {
     /// Mean square at the mode, input units.
     usual_power: T,
     seen_s: T,
-    /// Mean of the damping, and over how long, s.
+    /// Means of the damping and of the power, and over how long, s.
     mean_damping: T,
+    mean_power: T,
     known_s: T,
     missed_s: T,
-    /// It rose by itself, this long ago, s.
-    rose_s: Option<T>,
+    /// It rose by itself, this long ago, s, and whether clearly so.
+    rose: Option<(T, bool)>,
 }
 
 impl<T: Real> Place<T> {
     /// Known for long, and for a low damping.
     fn is_low(&self, config: &AlarmConfig<T>) -> bool {
+        self.is_known_below(LOW, config)
+    }
+
+    fn is_known_below(&self, thresholds: f64, config: &AlarmConfig<T>) -> bool {
         self.known_s >= T::from_f64(MEAN_S)
-            && self.mean_damping < config.threshold * T::from_f64(LOW)
+            && self.mean_damping < config.threshold * T::from_f64(thresholds)
     }
 }
 
@@ -76,26 +91,37 @@ pub struct Sight<T> {
 #[derive(Debug, Clone)]
 pub struct Places<T> {
     places: [Option<Place<T>>; PLACES],
+    /// Nothing is learnt for so long, s.
+    deaf_s: T,
 }
 
 impl<T: Real> Default for Places<T> {
     fn default() -> Self {
         Self {
             places: [None; PLACES],
+            deaf_s: T::ZERO,
         }
     }
 }
 
 impl<T: Real> Places<T> {
+    /// What is left in the signal has changed, for lines are removed from now on: what the
+    /// modes beside them read says nothing any more, nor does it until the model has followed.
+    pub fn begin_anew(&mut self) {
+        self.places = [None; PLACES];
+        self.deaf_s = T::from_f64(RELEARN_S);
+    }
+
     /// Time passes.
     pub fn age(&mut self, period_s: T) {
+        self.deaf_s = (self.deaf_s - period_s).max(T::ZERO);
         for place in &mut self.places {
             if let Some(there) = place {
                 there.missed_s += period_s;
-                there.rose_s = there
-                    .rose_s
-                    .map(|age_s| age_s + period_s)
-                    .filter(|age_s| *age_s < T::from_f64(ROSE_S));
+                there.rose = there
+                    .rose
+                    .map(|(age_s, clearly)| (age_s + period_s, clearly))
+                    .filter(|(age_s, _)| *age_s < T::from_f64(ROSE_S));
                 if there.missed_s > T::from_f64(FORGET_S) {
                     *place = None;
                 }
@@ -112,6 +138,9 @@ impl<T: Real> Places<T> {
         config: &AlarmConfig<T>,
         period_s: T,
     ) {
+        if self.deaf_s > T::ZERO {
+            return;
+        }
         let (least, most) = DAMPED;
         let seen = T::from_f64(SEEN_SHARE);
         let real = damping < T::from_f64(most);
@@ -139,9 +168,10 @@ impl<T: Real> Places<T> {
             usual_power: power,
             seen_s: period_s,
             mean_damping: T::ZERO,
+            mean_power: T::ZERO,
             known_s: T::ZERO,
             missed_s: T::ZERO,
-            rose_s: None,
+            rose: None,
         });
     }
 
@@ -158,6 +188,7 @@ impl<T: Real> Places<T> {
             place.known_s = (place.known_s + period_s).min(T::from_f64(MEAN_TAU_S));
             let gain = (period_s / place.known_s).min(T::ONE);
             place.mean_damping += gain * (damping - place.mean_damping);
+            place.mean_power += gain * (power - place.mean_power);
             place.missed_s = T::ZERO;
         } else {
             self.remember(Place {
@@ -166,9 +197,10 @@ impl<T: Real> Places<T> {
                 usual_power: power,
                 seen_s: T::ZERO,
                 mean_damping: damping,
+                mean_power: power,
                 known_s: period_s,
                 missed_s: T::ZERO,
-                rose_s: None,
+                rose: None,
             });
         }
     }
@@ -184,10 +216,12 @@ impl<T: Real> Places<T> {
             })
     }
 
-    /// A line at this frequency has risen by itself just now.
-    pub fn rose(&mut self, frequency: T, config: &AlarmConfig<T>) {
+    /// A line at this frequency has risen by itself just now; `clearly`, if more than by
+    /// chance.
+    pub fn rose(&mut self, frequency: T, clearly: bool, config: &AlarmConfig<T>) {
         if let Some(there) = self.at_mut(frequency) {
-            there.rose_s = Some(T::ZERO);
+            let was = there.rose.is_some_and(|(_, clearly)| clearly);
+            there.rose = Some((T::ZERO, clearly || was));
             there.missed_s = T::ZERO;
             return;
         }
@@ -197,9 +231,10 @@ impl<T: Real> Places<T> {
             usual_power: T::ZERO,
             seen_s: T::ZERO,
             mean_damping: T::ZERO,
+            mean_power: T::ZERO,
             known_s: T::ZERO,
             missed_s: T::ZERO,
-            rose_s: Some(T::ZERO),
+            rose: Some((T::ZERO, clearly)),
         });
     }
 
@@ -241,10 +276,24 @@ impl<T: Real> Places<T> {
         })
     }
 
+    /// That a mode is undamped here is news: it was seen with damping for long, or is louder
+    /// than it was with it; or a line rose by itself, clearly. A mode that has always had
+    /// little damping is loud now and then.
+    pub fn is_news(&self, frequency: T, power: T, config: &AlarmConfig<T>) -> bool {
+        self.at(frequency).is_some_and(|there| {
+            if there.is_known_below(DAMPED.0, config) {
+                return power > there.mean_power * T::from_f64(BURST);
+            }
+            let louder = power > there.usual_power * T::from_f64(LOUDER);
+            let watched = there.seen_s >= T::from_f64(WATCHED_S);
+            let long = there.seen_s >= T::from_f64(LONG_S);
+            long || (watched && louder) || there.rose.is_some_and(|(_, clearly)| clearly)
+        })
+    }
+
     /// A line rose here by itself within the last second.
     pub fn has_risen(&self, frequency: T) -> bool {
-        self.at(frequency)
-            .is_some_and(|there| there.rose_s.is_some())
+        self.at(frequency).is_some_and(|there| there.rose.is_some())
     }
 
     fn at(&self, frequency: T) -> Option<&Place<T>> {
@@ -267,87 +316,5 @@ fn is_near<T: Real>(there: &Place<T>, frequency: T) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const PERIOD_S: f64 = 0.002;
-
-    fn watch(places: &mut Places<f64>, f: f64, zeta: f64, share: f64, seconds: f64) {
-        let config = AlarmConfig::default();
-        for _ in 0..(seconds / PERIOD_S) as usize {
-            places.age(PERIOD_S);
-            let sight = Sight {
-                share,
-                part: share,
-                power: 1.0,
-            };
-            places.see(f, zeta, &sight, &config, PERIOD_S);
-        }
-    }
-
-    #[test]
-    fn a_mode_is_known_by_the_damping_it_had() {
-        let config = AlarmConfig::default();
-        let mut places = Places::default();
-        watch(&mut places, 980.0, 0.04, 0.5, 0.1);
-        assert!(!places.has_grown(980.0, 9.0), "too short");
-        watch(&mut places, 980.0, 0.04, 0.5, 1.0);
-        assert!(places.has_grown(1000.0, 4.1) && !places.has_grown(1000.0, 3.9));
-        assert!(!places.has_grown(1030.0, 9.0), "another place");
-        assert!((places.usual_damping(975.0, &config) - 0.04).abs() < 1e-9);
-        assert_eq!(places.usual_damping(700.0, &config), 0.02);
-        // Undamped it is remembered as it was, for a while.
-        watch(&mut places, 980.0, 0.001, 0.9, 4.0);
-        assert!(places.has_grown(980.0, 9.0));
-        watch(&mut places, 980.0, 0.001, 0.9, 2.0);
-        assert!(!places.has_grown(980.0, 9.0));
-    }
-
-    #[test]
-    fn a_mode_of_low_damping_is_undamped_at_a_third_of_it() {
-        let config = AlarmConfig::default();
-        let mut places = Places::default();
-        assert_eq!(places.threshold(980.0, &config), 0.01);
-        watch(&mut places, 980.0, 0.009, 0.5, 0.4);
-        assert_eq!(places.threshold(980.0, &config), 0.01, "too short");
-        watch(&mut places, 980.0, 0.009, 0.5, 1.0);
-        assert!((places.threshold(990.0, &config) - 0.003).abs() < 1e-9);
-        assert!((places.usual_damping(990.0, &config) - 0.009).abs() < 1e-9);
-        // What reads like a chatter does not make it lower, however long it lasts.
-        watch(&mut places, 980.0, 0.0005, 0.9, 4.0);
-        assert!((places.threshold(980.0, &config) - 0.003).abs() < 1e-9);
-        // A mode with damping keeps the setting.
-        watch(&mut places, 500.0, 0.04, 0.5, 1.0);
-        assert_eq!(places.threshold(500.0, &config), 0.01);
-    }
-
-    #[test]
-    fn lines_ghosts_and_whispers_are_no_modes() {
-        let mut places = Places::default();
-        watch(&mut places, 500.0, 0.001, 0.9, 2.0);
-        watch(&mut places, 700.0, 0.5, 0.9, 2.0);
-        watch(&mut places, 900.0, 0.03, 0.01, 2.0);
-        watch(&mut places, f64::NAN, f64::NAN, f64::NAN, 2.0);
-        for f in [500.0, 700.0, 900.0, f64::NAN] {
-            assert!(!places.has_grown(f, 1e9));
-        }
-        // More modes than places: the one unseen for longest goes.
-        for k in 0..12 {
-            watch(&mut places, 300.0 * 1.1f64.powi(k), 0.03, 0.5, 0.3);
-        }
-        assert!(!places.has_grown(300.0, 9.0));
-        assert!(places.has_grown(300.0 * 1.1f64.powi(11), 9.0));
-    }
-
-    #[test]
-    fn a_line_that_rose_is_remembered_for_a_second() {
-        let mut places = Places::<f64>::default();
-        places.rose(900.0, &AlarmConfig::default());
-        assert!(places.has_risen(905.0) && !places.has_risen(950.0));
-        assert!(!places.has_grown(900.0, 1e9), "it was never damped");
-        for _ in 0..520 {
-            places.age(PERIOD_S);
-        }
-        assert!(!places.has_risen(905.0));
-    }
-}
+#[path = "places_tests.rs"]
+mod tests;

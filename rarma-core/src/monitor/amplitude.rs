@@ -6,7 +6,7 @@
 //! when it has gone from where it was.
 
 use super::MAX_MODES;
-use crate::decide::{Amplitude, AmplitudeReading, Fpk, Histogram, Mode};
+use crate::decide::{AmplitudeReading, Fpk, Histogram, Mode};
 use crate::real::Real;
 use crate::spectrum::Envelope;
 
@@ -107,12 +107,6 @@ impl<T: Real> AmplitudeWatch<T> {
             frequency,
             reading: self.statistic.reading(),
         })
-    }
-
-    /// Where the amplitude is that of a limit cycle, Hz.
-    pub(super) fn cycling_hz(&self) -> Option<T> {
-        let cycles = self.statistic.reading().verdict == Amplitude::SelfExcited;
-        self.frequency.filter(|_| cycles)
     }
 
     pub(super) fn histogram(&self) -> Histogram<T> {

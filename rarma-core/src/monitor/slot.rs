@@ -2,7 +2,8 @@
 
 use super::spindle::Spindle;
 use crate::decide::{
-    AlarmConfig, Background, Evidence, ModeTrack, Origin, Places, Reading, Rotation, SequentialTest,
+    AlarmConfig, Background, Evidence, ModeTrack, Origin, Places, Reading, Rotation,
+    SequentialTest, Steadiness,
 };
 use crate::real::Real;
 use crate::spectrum::{LOCKIN_TAU_S, LockIn, Modal, ModalDeviation};
@@ -12,6 +13,8 @@ use crate::spectrum::{LOCKIN_TAU_S, LockIn, Modal, ModalDeviation};
 /// part it does no longer.
 const OVERTONE_RATIO: (f64, f64) = (0.2, 0.05);
 const LINE_SHARE: f64 = 0.03;
+/// Part of the threshold that counts for a mode that may always have had so little damping.
+const NO_NEWS: f64 = 0.25;
 /// A line's frequency is averaged for so long, s; one that jumps by more than this part of
 /// it is another one.
 const LINE_TAU_S: f64 = 0.06;
@@ -24,6 +27,7 @@ pub(super) struct Slot<T> {
     half: LockIn<T>,
     third: LockIn<T>,
     test: SequentialTest<T>,
+    steadiness: Steadiness<T>,
     overtone: bool,
     /// Frequency of the line that is loudest at the mode, Hz, and for how long it has been
     /// averaged, s.
@@ -39,6 +43,7 @@ impl<T: Real> Default for Slot<T> {
             half: LockIn::default(),
             third: LockIn::default(),
             test: SequentialTest::default(),
+            steadiness: Steadiness::default(),
             overtone: false,
             line: (T::ZERO, T::ZERO),
             steered: T::ZERO,
@@ -82,8 +87,6 @@ pub(super) struct Surroundings<'a, T> {
     pub(super) power: T,
     /// Time since the last decision, s.
     pub(super) period_s: T,
-    /// Where the amplitude is that of a limit cycle, Hz.
-    pub(super) cycling_hz: Option<T>,
 }
 
 impl<T: Real> Slot<T> {
@@ -106,6 +109,7 @@ impl<T: Real> Slot<T> {
     pub(super) fn reset(&mut self) {
         self.track.reset();
         self.test.reset();
+        self.steadiness.reset();
         self.overtone = false;
     }
 
@@ -119,6 +123,7 @@ impl<T: Real> Slot<T> {
         let frequency = modal.frequency;
         if self.track.follow(frequency) {
             self.test.reset();
+            self.steadiness.reset();
             self.overtone = false;
         }
         self.follow_line(frequency, around.period_s);
@@ -126,19 +131,26 @@ impl<T: Real> Slot<T> {
         self.at.steer(angle);
         self.half.steer(angle * T::from_f64(0.5));
         self.third.steer(angle * T::from_f64(1.0 / 3.0));
+        let here = self.at.power();
+        self.steadiness.note(here, around.period_s);
+        let steady = self.steadiness.is_steady();
         // What was taken for a mode of low damping is none if its amplitude is that of a limit
         // cycle.
-        let cycles = around.cycling_hz.is_some_and(|f| self.track.is_at(f));
-        let usual = if cycles {
-            around.config.threshold * T::from_f64(2.0)
+        let (usual, threshold) = if steady {
+            let setting = around.config.threshold;
+            (setting * T::from_f64(2.0), setting)
         } else {
-            around.places.usual_damping(frequency, around.config)
+            (
+                around.places.usual_damping(frequency, around.config),
+                around.places.threshold(frequency, around.config),
+            )
         };
-        self.test.steer(angle, around.config.threshold, usual);
-        let here = self.at.power();
+        let is_news = steady || around.places.is_news(frequency, here, around.config);
+        let most = around.config.threshold * T::from_f64(if is_news { 1.0 } else { NO_NEWS });
+        self.test.steer(angle, most, usual);
         self.overtone = self.is_overtone(frequency, sd.frequency, around);
-        // What was on a multiple leaves it at three standard deviations, not at two: many
-        // times a second a line would leave at two by chance.
+        // What was on a multiple leaves it half as many standard deviations later: many
+        // times a second a line would leave it by chance.
         let spread = if self.track.was_on_rotation() {
             sd.frequency * T::from_f64(1.5)
         } else {
@@ -171,11 +183,7 @@ impl<T: Real> Slot<T> {
             in_band: frequency >= around.band.0 && frequency <= around.band.1,
             grew: (around.louder && around.places.has_grown(frequency, here))
                 || around.places.has_risen(frequency),
-            threshold: if cycles {
-                around.config.threshold
-            } else {
-                around.places.threshold(frequency, around.config)
-            },
+            threshold: threshold.min(most),
             evidence: self.evidence(),
         };
         (reading, here)

@@ -62,6 +62,9 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             let locked = self.spindle.is_locked();
             if locked != self.was_locked {
                 self.onset.begin_anew();
+                if locked {
+                    self.places.begin_anew();
+                }
                 self.was_locked = locked;
             }
             self.onset.note(self.rest_power, self.power, self.period_s);
@@ -199,7 +202,6 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
                 louder: self.onset.is_louder(self.rest_power) && !self.spindle.is_entering(),
                 power: self.rest_power,
                 period_s: self.period_s,
-                cycling_hz: self.amplitude.cycling_hz(),
             };
             slot.read(&modal, &sd, &around)
         })
@@ -271,7 +273,8 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             );
             let line = self.alarm.config().may_be_line(reading.damping);
             if line && self.onset.rose_alone(*here, self.rest_power) {
-                self.places.rose(f, self.alarm.config());
+                let clearly = self.onset.rose_clearly(*here, self.rest_power);
+                self.places.rose(f, clearly, self.alarm.config());
             }
             *mode = Some(
                 slot.track
