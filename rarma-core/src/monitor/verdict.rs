@@ -8,6 +8,9 @@ use crate::spectrum::{deviation, modal};
 
 /// What a mode's share counts while no idle has been heard.
 const NO_IDLE: f64 = 0.33;
+/// Part of all of the band's power from which on a removed line may be a chatter that
+/// marks the surface: what runout leaves lies 10 to 20 dB below the teeth.
+const STANDS_OUT: f64 = 0.1;
 /// Part of the band's power that is never taken for explained: a lock-in reads a
 /// line's power to a few percent only.
 const LEAST_REST: f64 = 0.05;
@@ -85,6 +88,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
         } else if self.alarm.standing().is_some() && self.fault_s > T::from_f64(ALARM_HOLD_S) {
             event = self.alarm.release();
         }
+        self.spindle.hold_standing(self.alarm.standing().is_some());
         let alarm_hz = self.alarm.standing().map(|standing| standing.frequency);
         if ready && !bad {
             self.amplitude.follow(&modes, alarm_hz, self.period_s);
@@ -103,6 +107,9 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             _ => match self.alarm.judge(&modes, cutting) {
                 (State::Stable, _) if self.blindness.is_blind() => {
                     (State::Warning, Reason::BlindAtMultiple)
+                }
+                (State::Stable, _) if self.may_hide_chatter() => {
+                    (State::Warning, Reason::OriginUnknown)
                 }
                 (State::Stable, Reason::ForcedOnly) if self.spindle.is_entering() => {
                     (State::Stable, Reason::Entering)
@@ -123,6 +130,21 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             standing: standing.map(|s| (s.frequency, s.lowest_damping)),
         };
         report.in_order(standing.map(|s| s.slot))
+    }
+
+    /// A line that was removed as it stood, though it may be self-excited, is as loud as one
+    /// that is judged.
+    fn may_hide_chatter(&self) -> bool {
+        let flip = self.spindle.loudest_standing();
+        let known = if self.idle.idle_level().is_some() {
+            T::ONE
+        } else {
+            T::from_f64(NO_IDLE)
+        };
+        let share = known * flip / (self.rest_power + flip);
+        self.power > T::ZERO
+            && self.alarm.config().loud(share, flip / self.power)
+            && flip > self.power * T::from_f64(STANDS_OUT)
     }
 
     /// Whether a line that is removed has risen by itself. What is left in the

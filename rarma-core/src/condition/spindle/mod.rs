@@ -15,7 +15,8 @@ pub use finder::{
     SpeedFinder, SpeedFinderConfig, SpeedFinderError, TOLD_RANGE, TOLERANCE_BINS,
 };
 pub use lines::{
-    LINES_TAU_S, Lock, SPEED_WANDER, SpindleLines, SpindleLinesConfig, SpindleLinesError,
+    FLIP_TAU_S, LINES_TAU_S, Lock, SPEED_WANDER, SpindleLines, SpindleLinesConfig,
+    SpindleLinesError,
 };
 pub use tacho::{
     LEVEL_MEMORY_S, PulseDetector, Tacho, TachoConfig, TachoError, TachoFault, TachoReading,

@@ -214,6 +214,83 @@ fn a_line_that_stops_is_let_go() {
     assert!((0.1..2.0).contains(&seconds), "{seconds}");
 }
 
+/// Runs lines at multiples of 163 Hz, (multiple, amplitude), through a bank on top of
+/// noise; gives the rms of what is left beside the noise over the last 0.2 s.
+fn left(
+    lines: &mut SpindleLines<f64, 32>,
+    at: &mut u32,
+    seconds: f64,
+    tones: &[(u32, f64)],
+) -> f64 {
+    let mut noise = Noise::new(7);
+    let samples = (seconds * FS) as u32;
+    let (mut squares, mut count) = (0.0, 0.0);
+    for n in 0..samples {
+        let turns = 163.0 * f64::from(*at) / FS;
+        *at += 1;
+        let y: f64 = tones
+            .iter()
+            .map(|(k, a)| a * (TAU * (f64::from(*k) * turns).fract()).sin())
+            .sum();
+        let rest = 0.02 * noise.next();
+        let out = lines.process(y + rest);
+        if samples - n < (0.2 * FS) as u32 {
+            squares += (out - rest) * (out - rest);
+            count += 1.0;
+        }
+    }
+    (squares / count).sqrt()
+}
+
+#[test]
+fn where_flip_chatter_grows_only_what_stands_is_removed() {
+    let teeth: [(u32, f64); 3] = [(2, 3.0), (4, 3.0), (6, 3.0)];
+    let with = |flip: f64| [&teeth[..], &[(5, flip)]].concat();
+    let mut lines = bank::<f64>(Some(2));
+    let mut at = 0;
+    lines.start(163.0, 0.05);
+    let steady = left(&mut lines, &mut at, 6.0, &with(1.0));
+    assert!(steady < 0.05, "runout of rms 0.7 leaves {steady}");
+    assert!((lines.loudest_slow() / 0.5 - 1.0).abs() < 0.05);
+    // It grows by 2: rms 1.4. A line of the teeth would be gone after 0.5 s.
+    let grown = left(&mut lines, &mut at, 0.5, &with(3.0));
+    assert!((1.1..1.45).contains(&grown), "{grown}");
+    lines.hold(true);
+    let held = left(&mut lines, &mut at, 5.0, &with(3.0));
+    assert!((held / grown - 1.0).abs() < 0.1, "{held}");
+    lines.hold(false);
+    let gone = left(&mut lines, &mut at, 15.0, &with(3.0));
+    assert!(gone < 0.05, "{gone}");
+}
+
+#[test]
+fn a_comb_in_doubt_goes_as_it_stands() {
+    let comb = |loud: f64| [(2, 1.0), (3, 1.0), (4, loud), (5, 1.0)];
+    let mut lines = bank::<f64>(None);
+    let mut at = 0;
+    lines.start_slowly(163.0, 0.05);
+    assert!(lines.are_slow() && lines.is_running());
+    let steady = left(&mut lines, &mut at, 6.0, &comb(1.0));
+    assert_eq!(lines.lock(), Lock::Locked);
+    assert!(steady < 0.05, "{steady}");
+    let grown = left(&mut lines, &mut at, 0.5, &comb(3.0));
+    assert!((1.1..1.45).contains(&grown), "{grown}");
+    lines.start(163.0, 0.05);
+    assert!(!lines.are_slow());
+}
+
+#[test]
+fn a_speed_that_is_only_tried_needs_lines_that_stand_out_by_far() {
+    // Noise of 0.02 in notches of half a hertz.
+    for (amplitude, expected) in [(0.002, Lock::Lost), (0.3, Lock::Locked)] {
+        let mut lines = bank::<f64>(Some(5));
+        lines.try_speed(163.0, 0.2);
+        let mut at = 0;
+        left(&mut lines, &mut at, 3.0, &[(5, amplitude), (10, amplitude)]);
+        assert_eq!(lines.lock(), expected, "{amplitude}");
+    }
+}
+
 #[test]
 fn settings_out_of_range_are_named() {
     let base = SpindleLinesConfig::new(FS, BAND);

@@ -39,6 +39,7 @@ impl<T: Real> Spindle<T> {
             return Some((speed, width.max(T::from_f64(SPEED_ACCURACY)), source));
         }
         self.told
+            .filter(|_| !self.is_denied())
             .map(|told| (told, T::from_f64(SPEED_ACCURACY), SpeedSource::Told))
     }
 

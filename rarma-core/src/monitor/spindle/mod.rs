@@ -5,19 +5,24 @@
 //! the sound that nobody told of; the told speed itself.
 
 mod belief;
+mod hearing;
+mod standing;
 
 use super::MonitorConfig;
 use super::drift::Drift;
 use crate::condition::{
-    Band, Finding, Lock, SpeedFinder, SpeedFinderConfig, SpindleLines, SpindleLinesConfig, Tacho,
+    Band, Lock, SpeedFinder, SpeedFinderConfig, SpindleLines, SpindleLinesConfig, Tacho,
     TachoConfig, TachoFault,
 };
 use crate::decide::SPEED_ACCURACY;
 use crate::real::Real;
 use serde::{Deserialize, Serialize};
+use standing::Standing;
 
-/// The model hears up to this part of its rate.
+/// The model hears up to this part of its rate, and down to this part of the band's lower
+/// edge, where the high-pass leaves 1/6 of a line.
 const MODEL_REACH: f64 = 0.47;
+const BELOW_BAND: f64 = 0.4;
 /// Lines that are removed at most.
 pub(super) const LINES: usize = 32;
 /// A speed that was found is believed for this long without being heard again, s.
@@ -29,9 +34,6 @@ const ENTERING: (f64, f64) = (0.8, 0.013);
 /// A told speed that the sound has not confirmed is in doubt for this long of cutting,
 /// s, by this part of it: a mill told 4500 rpm turned at 4577.
 const UNCONFIRMED: (f64, f64) = (0.8, 0.02);
-/// Parts of the told speed up to which a speed that is heard may stand for it: most
-/// machines' overrides reach further down, where the sound contradicts the setting.
-const OVERRIDE: (f64, f64) = (0.75, 1.25);
 /// Who says the speed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum SpeedSource {
@@ -85,7 +87,10 @@ pub(super) struct Spindle<T> {
     found: Option<((T, T), T)>,
     /// A comb that may be a chatter's, Hz, and how long ago it was heard, s.
     doubtful: Option<(T, T)>,
+    standing: Standing<T>,
     contradiction: Option<(T, T)>,
+    /// Contradictions in a row.
+    denied: u8,
     low_hz: T,
     tacho_reading: Option<(T, T)>,
     tacho_fault: Option<TachoFault>,
@@ -93,12 +98,12 @@ pub(super) struct Spindle<T> {
     unconfirmed_s: T,
 }
 
-/// Where lines are removed: above the band, too, as far as the model hears. A tooth line
-/// there takes a pole pair of the model like any other.
+/// Where lines are removed: above the band and below it, too, as far as the model hears. A
+/// tooth line there takes a pole pair of the model like any other.
 fn up_to_the_model(band: Band, fs: f64) -> Band {
     Band {
+        low_hz: BELOW_BAND * band.low_hz,
         high_hz: band.high_hz.max(MODEL_REACH * fs),
-        ..band
     }
 }
 
@@ -142,7 +147,9 @@ impl<T: Real> Spindle<T> {
             teeth,
             found: None,
             doubtful: None,
+            standing: Standing::default(),
             contradiction: None,
+            denied: 0,
             low_hz: T::from_f64(band.low_hz),
             tacho_reading: None,
             tacho_fault: None,
@@ -171,55 +178,6 @@ impl<T: Real> Spindle<T> {
         match &mut self.lines {
             Some(lines) => lines.process(y),
             None => y,
-        }
-    }
-
-    fn take(&mut self, finding: Finding<T>) {
-        let (speed, sd) = match finding {
-            Finding::NotEstimable => return,
-            // A chatter and its overtones are a comb as well: one that nobody told of,
-            // with its first line in the band, proves no rotation.
-            Finding::Found(comb) if self.told.is_none() && comb.spacing_hz >= self.low_hz => {
-                self.doubtful = Some((comb.spacing_hz, T::ZERO));
-                return;
-            }
-            Finding::Found(comb) => {
-                self.contradiction = None;
-                self.unconfirmed_s = T::ZERO;
-                (comb.spacing_hz, comb.sd_hz)
-            }
-            Finding::Contradiction { told_hz, found_hz } => {
-                self.contradiction = Some((self.setting.unwrap_or(told_hz), found_hz));
-                self.doubtful = Some((found_hz, T::ZERO));
-                return;
-            }
-        };
-        self.found = Some(((speed, sd), T::ZERO));
-        self.found_at_entry = self.is_entering();
-        self.retell(speed);
-        // Started on the mean over an entry, the lines lock a percent beside the speed.
-        if let Some(lines) = &mut self.lines
-            && lines.lock() != Lock::Locked
-            && self.tacho_reading.is_none()
-            && !self.found_at_entry
-        {
-            lines.start(speed, sd);
-        }
-    }
-
-    /// What was heard stands for what was told, as far as an override reaches.
-    fn retell(&mut self, speed: T) {
-        let (least, most) = OVERRIDE;
-        let within = self.setting.is_some_and(|setting| {
-            speed > setting * T::from_f64(least) && speed < setting * T::from_f64(most)
-        });
-        if !within {
-            return;
-        }
-        self.told = Some(speed);
-        if let Some(finder) = &mut self.finder {
-            // Out of its range it keeps what it was told.
-            let _ = finder.tell(Some(speed));
         }
     }
 
@@ -256,6 +214,7 @@ impl<T: Real> Spindle<T> {
             .map(|(speed, age_s)| (speed, age_s + period_s))
             .filter(|(_, age_s)| *age_s < T::from_f64(FOUND_HOLD_S));
         self.watch_lock();
+        self.remove_standing(period_s);
         self.read_tacho(now);
         let speed = self.speed().map(|(speed, ..)| speed);
         self.drift.note(speed, period_s);
@@ -295,14 +254,15 @@ impl<T: Real> Spindle<T> {
         }
     }
 
-    /// The lines are removed.
+    /// The lines are removed, those of a comb in doubt, too.
     pub(super) fn is_locked(&self) -> bool {
-        self.locked().is_some()
+        let lines = self.lines.as_ref();
+        lines.is_some_and(|lines| lines.lock() == Lock::Locked)
     }
 
     /// The lines are there and are removed.
     fn locked(&self) -> Option<(T, T)> {
-        let lines = self.lines.as_ref()?;
+        let lines = self.lines.as_ref().filter(|lines| !lines.are_slow())?;
         (lines.lock() == Lock::Locked)
             .then(|| lines.spindle_hz())
             .flatten()
@@ -311,7 +271,7 @@ impl<T: Real> Spindle<T> {
     /// For the report.
     pub(super) fn report(&self) -> SpindleReport<T> {
         let speed = self.speed();
-        let locked = self.locked().is_some();
+        let locked = self.is_locked();
         let lines = self.lines.as_ref().filter(|_| locked);
         SpindleReport {
             spindle_hz: speed.map(|(hz, _, _)| hz),

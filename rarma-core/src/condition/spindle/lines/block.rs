@@ -18,12 +18,17 @@ const SPEAKING_AGE: u16 = 20;
 const LOCK_AGE: u16 = 30;
 /// A line whose power is this many times that of the noise in its notch is there.
 const STRONG: f64 = 12.0;
+/// The same for a speed that was only tried.
+const LOUD: f64 = 300.0;
 /// So many lines must be there: one alone may be a chatter that a wrong speed hits.
 const LEAST_STRONG: u32 = 2;
 /// Standard deviation of the phase of the lines, rad: locked below the first, lost
 /// above the second.
 const LOCKED_RAD: f64 = 0.35;
 const LOST_RAD: f64 = 0.8;
+/// A phase error this many times its variance is that of a line that grows, where growth
+/// stays in the signal.
+const WILD: f64 = 9.0;
 /// Without a lock for so long, s, there is none.
 const PATIENCE_S: f64 = 1.0;
 /// Without a line that stands out for so long, s, the lock is lost.
@@ -52,10 +57,15 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
             let inverse = T::ONE / square;
             let radial = (u.0 * line.c.0 + u.1 * line.c.1) * inverse.sqrt();
             line.radial += smooth * (radial - line.radial);
-            if line.age < SPEAKING_AGE {
+            if line.age < SPEAKING_AGE || (line.slow && !self.all_slow) {
                 continue;
             }
-            let kappa = gain(line.age, most, self.kappa);
+            let least = if self.all_slow {
+                self.slow_kappa
+            } else {
+                self.kappa
+            };
+            let kappa = gain(line.age, most, least);
             // What noise alone leaves of a line of no amplitude.
             let floor = line.variance * kappa;
             let above = square - floor;
@@ -68,14 +78,17 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
             weight += n * n * above * per_noise;
             squares += n * n * above;
             powers += above;
-            if square > floor * T::from_f64(STRONG) {
+            if square > floor * T::from_f64(if self.tried { LOUD } else { STRONG }) {
                 strong += 1;
             }
         }
         let mut forward = T::ZERO;
         if weight > T::ZERO {
             error /= weight;
-            forward = self.filter.correct(error, T::ONE / weight);
+            let wild = error * error > (self.filter.p.0 + T::ONE / weight) * T::from_f64(WILD);
+            if !(self.all_slow && wild) {
+                forward = self.filter.correct(error, T::ONE / weight);
+            }
             self.square_multiple = squares / powers;
         }
         self.draw(most, error, weight, forward);
@@ -98,10 +111,15 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
     fn draw(&mut self, most: T, error: T, weight: T, forward: T) {
         let smooth = T::from_f64(1.0 / SMOOTH);
         for line in &mut self.lines[..self.used.min(H)] {
-            let kappa = gain(line.age, most, self.kappa);
+            let kappa = match self.all_slow || line.slow {
+                true if self.held => T::ZERO,
+                true => gain(line.age, most, self.slow_kappa),
+                false => gain(line.age, most, self.kappa),
+            };
+            let speaks = self.all_slow || !line.slow;
             let n = T::from_u32(u32::from(line.multiple));
             let square = line.square();
-            if square > T::ZERO && line.age >= LEAST_AGE {
+            if square > T::ZERO && line.age >= LEAST_AGE && speaks {
                 let length = square.sqrt();
                 let across = (line.sum.1 * line.c.0 - line.sum.0 * line.c.1) / length;
                 line.across += smooth * (across - n * error * length - line.across);
@@ -128,7 +146,7 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
                 line.c.0 += kappa * u.0;
                 line.c.1 += kappa * u.1;
             } else {
-                *line = Line::new(line.multiple);
+                *line = Line::new(line.multiple, line.slow);
             }
         }
     }
@@ -136,7 +154,9 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
     /// Locked, lost, or neither, by the lines that stand out.
     fn judge(&mut self, strong: u32) {
         let phase_sd = (self.filter.p.0 * self.square_multiple).sqrt();
-        let there = strong >= LEAST_STRONG.min(self.used as u32).max(1);
+        let lines = self.lines[..self.used.min(H)].iter();
+        let speaking = lines.filter(|line| self.all_slow || !line.slow).count() as u32;
+        let there = strong >= LEAST_STRONG.min(speaking).max(1);
         let per_block = T::from_u32(u32::from(self.block)) / self.fs;
         let blocks = |s: f64| (T::from_f64(s) / per_block).to_f32() as u16;
         let bad = !there || phase_sd > T::from_f64(LOST_RAD) || !phase_sd.is_finite();

@@ -4,6 +4,9 @@ use crate::condition::Band;
 
 /// Default memory of the amplitudes, s.
 pub const LINES_TAU_S: f64 = 0.3;
+/// Memory of the amplitude of a line where flip chatter may grow, s: what runout leaves
+/// there is steady.
+pub const FLIP_TAU_S: f64 = 3.0;
 /// Default for how fast the speed may wander: relative change in √s.
 pub const SPEED_WANDER: f64 = 2e-3;
 

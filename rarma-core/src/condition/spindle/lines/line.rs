@@ -7,6 +7,8 @@ use crate::real::Real;
 pub(super) struct Line<T> {
     pub multiple: u16,
     pub age: u16,
+    /// Flip chatter lives there: drawn slowly, and of no say about the speed.
+    pub slow: bool,
     /// Amplitude c of Re(c·e^(j·n·φ)).
     pub c: (T, T),
     /// Σ e·e^(−j·n·φ) of the block.
@@ -19,11 +21,12 @@ pub(super) struct Line<T> {
 }
 
 impl<T: Real> Line<T> {
-    pub(super) fn new(multiple: u16) -> Self {
+    pub(super) fn new(multiple: u16, slow: bool) -> Self {
         let zero = (T::ZERO, T::ZERO);
         Self {
             multiple,
             age: 0,
+            slow,
             c: zero,
             sum: zero,
             radial: T::ZERO,

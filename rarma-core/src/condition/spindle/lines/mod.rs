@@ -11,7 +11,9 @@ mod line;
 mod multiples;
 mod phase_loop;
 
-pub use config::{LINES_TAU_S, Lock, SPEED_WANDER, SpindleLinesConfig, SpindleLinesError};
+pub use config::{
+    FLIP_TAU_S, LINES_TAU_S, Lock, SPEED_WANDER, SpindleLinesConfig, SpindleLinesError,
+};
 
 use crate::condition::Band;
 use crate::real::Real;
@@ -40,8 +42,10 @@ const BLOCK_S: f64 = 1.0 / 375.0;
 ///
 /// Which multiples: all in the band if they are at most `H`; else those of the teeth
 /// first, then from the lowest up. With an even number of teeth the odd multiples of
-/// half the tooth frequency up to 4.5 times it are *left in the signal*: flip chatter
-/// (period two) lives there.
+/// half the tooth frequency up to 4.5 times it are home to flip chatter (period two):
+/// those lines are *drawn slowly*, over [`FLIP_TAU_S`], so that the steady line of a
+/// runout goes and what grows there stays in the signal; while [`Self::hold`] says so, they
+/// are not drawn at all. They have no say about the speed.
 ///
 /// Precision: the phase is a phasor put back on the unit circle at every sample, the
 /// phasors of the lines its powers, so that an error never outlives a sample.
@@ -50,6 +54,9 @@ pub struct SpindleLines<T, const H: usize> {
     lines: [Line<T>; H],
     used: usize,
     choice: Choice,
+    held: bool,
+    all_slow: bool,
+    tried: bool,
     base: (T, T),
     turn: (T, T),
     filter: PhaseLoop<T>,
@@ -61,8 +68,9 @@ pub struct SpindleLines<T, const H: usize> {
     bad_blocks: u16,
     band: (T, T),
     fs: T,
-    /// Least κ, and wander per block.
+    /// Least κ, that of the lines that are drawn slowly, and wander per block.
     kappa: T,
+    slow_kappa: T,
     wander: T,
     /// Mean square multiple of the lines, by power.
     square_multiple: T,
@@ -97,9 +105,12 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
         // No standard root without std; the block is short, the root need not be fine.
         let wander = T::from_f64(config.wander) * T::from_f64(block_s).sqrt();
         Ok(Self {
-            lines: [Line::new(0); H],
+            lines: [Line::new(0, false); H],
             used: 0,
             choice: Choice::new(config.teeth),
+            held: false,
+            all_slow: false,
+            tried: false,
             base: (T::ONE, T::ZERO),
             turn: (T::ONE, T::ZERO),
             filter: PhaseLoop::new(T::ZERO, T::ZERO, wander),
@@ -112,6 +123,7 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
             band: (T::from_f64(low_hz), T::from_f64(high_hz)),
             fs: T::from_f64(fs),
             kappa: T::from_f64(block_s / config.tau_s),
+            slow_kappa: T::from_f64(block_s / config.tau_s.max(FLIP_TAU_S)),
             wander,
             square_multiple: T::ONE,
         })
@@ -132,6 +144,8 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
         if !(spindle_hz > T::ZERO && spindle_hz < most && sd_hz >= T::ZERO && sd_hz < most) {
             return;
         }
+        self.all_slow = false;
+        self.tried = false;
         let scale = self.rad_per_block();
         self.filter = PhaseLoop::new(spindle_hz * scale, sd_hz * scale, self.wander);
         self.base = (T::ONE, T::ZERO);
@@ -144,6 +158,30 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
         self.square_multiple = T::ONE;
         self.choose();
         self.steer();
+    }
+
+    /// Starts on a speed that nothing in the sound has confirmed: lines that are taken for
+    /// its own must stand out by far.
+    pub fn try_speed(&mut self, spindle_hz: T, sd_hz: T) {
+        self.start(spindle_hz, sd_hz);
+        self.tried = true;
+    }
+
+    /// Starts on a comb that may not be the rotation's: all of its lines are drawn slowly,
+    /// so that it goes as it stands, and what changes of it stays in the signal.
+    pub fn start_slowly(&mut self, spacing_hz: T, sd_hz: T) {
+        self.start(spacing_hz, sd_hz);
+        self.all_slow = true;
+    }
+
+    /// A speed is followed, or tried.
+    pub fn is_running(&self) -> bool {
+        self.running
+    }
+
+    /// All lines are drawn slowly.
+    pub fn are_slow(&self) -> bool {
+        self.all_slow
     }
 
     /// A speed from elsewhere (tacho, finder), Hz, and its standard deviation: drawn
@@ -219,7 +257,8 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
         let old = &old[..self.used.min(H)];
         for (multiple, place) in chosen.iter().zip(&mut self.lines) {
             let known = old.iter().find(|l| l.multiple == *multiple);
-            *place = known.copied().unwrap_or(Line::new(*multiple));
+            let slow = self.choice.is_flip(u32::from(*multiple));
+            *place = known.copied().unwrap_or(Line::new(*multiple, slow));
         }
         self.used = used;
     }
@@ -242,6 +281,24 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
     pub fn power(&self) -> T {
         self.lines()
             .fold(T::ZERO, |sum, (_, a)| sum + a * a * T::from_f64(0.5))
+    }
+
+    /// Whether the lines that are drawn slowly are kept as they are: what is there
+    /// may be one.
+    pub fn hold(&mut self, held: bool) {
+        self.held = held;
+    }
+
+    /// Power of the loudest of the lines that are drawn slowly, input units squared.
+    pub fn loudest_slow(&self) -> T {
+        let used = match self.lock {
+            Lock::Locked => self.used.min(H),
+            _ => 0,
+        };
+        let flips = self.lines[..used]
+            .iter()
+            .filter(|line| self.all_slow || line.slow);
+        flips.fold(T::ZERO, |most, line| most.max(line.square())) * T::from_f64(0.5)
     }
 
     /// Multiple and amplitude (peak, input units) of every line removed.

@@ -2,7 +2,7 @@
 
 use crate::real::Real;
 
-/// Highest odd multiple of half the tooth frequency that is left alone: 4.5 teeth.
+/// Highest odd multiple of half the tooth frequency that is drawn slowly: 4.5 teeth.
 const FLIP_MULTIPLES: u32 = 9;
 /// Highest multiple: bounds the work of a sample.
 const HIGHEST: u32 = 255;
@@ -24,7 +24,7 @@ impl Choice {
 
     /// Flip chatter lives there: odd multiples of half the tooth frequency that are
     /// multiples of the spindle's.
-    pub fn left_alone(&self, n: u32) -> bool {
+    pub fn is_flip(&self, n: u32) -> bool {
         self.teeth.is_some_and(|z| {
             let half = z / 2;
             let times = n.checked_div(half).unwrap_or(0);
@@ -62,18 +62,19 @@ impl Choice {
             return None;
         }
         self.range = (first, last);
-        let free = || (first..=last).filter(|n| !self.left_alone(*n));
-        let teeth = free().filter(|n| self.of_teeth(*n)).count().min(H);
-        let mut others = if free().count() <= H { H } else { H - teeth };
+        let all = || first..=last;
+        let foremost = |n: u32| self.of_teeth(n) || self.is_flip(n);
+        let of_teeth = all().filter(|n| foremost(*n)).count().min(H);
+        let mut others = if all().count() <= H { H } else { H - of_teeth };
         let mut chosen = ([0; H], 0);
-        for n in free() {
-            let tooth = self.of_teeth(n);
-            let Some(place) = chosen.0.get_mut(chosen.1).filter(|_| tooth || others > 0) else {
+        for n in all() {
+            let first = foremost(n);
+            let Some(place) = chosen.0.get_mut(chosen.1).filter(|_| first || others > 0) else {
                 continue;
             };
             *place = n as u16;
             chosen.1 += 1;
-            others -= usize::from(!tooth);
+            others -= usize::from(!first);
         }
         Some(chosen)
     }
@@ -101,20 +102,17 @@ mod tests {
     }
 
     #[test]
-    fn the_home_of_flip_chatter_is_left_alone() {
-        // Four teeth: half the tooth frequency is twice the spindle's.
-        let all = chosen::<64>(Some(4), 50.0);
-        for n in [10, 14, 18] {
-            assert!(!all.contains(&n), "{n}");
-        }
-        // 5.5 times the tooth frequency, tooth multiples, and the rest.
-        for n in [22, 12, 16, 7, 9, 11] {
-            assert!(all.contains(&n), "{n}");
-        }
-        // Two teeth: odd multiples of the spindle up to the ninth.
-        assert_eq!(chosen::<64>(Some(2), 250.0), [2, 4, 6, 8, 10]);
-        // Odd numbers of teeth have no such multiple.
-        assert_eq!(chosen::<64>(Some(3), 250.0).len(), 9);
+    fn the_home_of_flip_chatter_is_known() {
+        let flips = |teeth| {
+            let choice = Choice::new(teeth);
+            (1..30).filter(|n| choice.is_flip(*n)).collect::<Vec<_>>()
+        };
+        // Four teeth: half the tooth frequency is twice the spindle's; up to 4.5 times it.
+        assert_eq!(flips(Some(4)), [2, 6, 10, 14, 18]);
+        assert_eq!(flips(Some(2)), [1, 3, 5, 7, 9]);
+        assert!(flips(Some(3)).is_empty() && flips(None).is_empty());
+        // They go before other multiples, as those of the teeth do.
+        assert_eq!(chosen::<6>(Some(4), 100.0), [4, 6, 8, 10, 12, 14]);
     }
 
     #[test]
