@@ -13,6 +13,8 @@ const STEP_S: f64 = 0.05;
 const LATE: usize = 3;
 /// The line alone has this many times (9 dB) the power that all had together …
 const ALONE: f64 = 8.0;
+/// … of the mean power it has this many times (12 dB), if it has risen clearly …
+const CLEARLY: f64 = 16.0;
 /// … and everything else no more than this many times (6 dB).
 const OTHERS: f64 = 4.0;
 
@@ -107,7 +109,7 @@ impl<T: Real> Onset<T> {
             (sum + *before, count + T::ONE)
         });
         sum > T::ZERO
-            && line * count > sum * T::from_f64(ALONE)
+            && line * count > sum * T::from_f64(CLEARLY)
             && rest * count < sum * T::from_f64(OTHERS)
     }
 }

@@ -30,7 +30,7 @@ const LOUDER: f64 = 2.0;
 /// mean is one of a few moments only, in one of some hundreds.
 const BURST: f64 = 14.0;
 /// What is left in the signal has changed: for so long, s, its modes read as they were.
-const RELEARN_S: f64 = 0.5;
+const RELEARN_S: f64 = 0.8;
 /// A mode counts as seen where it holds this part of the band's power.
 const SEEN_SHARE: f64 = 0.05;
 /// Damping above which it has some for certain, in thresholds, and above which a pole
@@ -85,6 +85,8 @@ pub struct Sight<T> {
     pub part: T,
     /// Mean square at it, input units.
     pub power: T,
+    /// Its amplitude stays: whatever it reads, it is a line and no damped mode.
+    pub is_steady: bool,
 }
 
 /// The modes that have been seen with damping.
@@ -148,7 +150,7 @@ impl<T: Real> Places<T> {
             self.average(frequency, damping, sight.power, config, period_s);
         }
         let damped = damping > config.threshold * T::from_f64(least);
-        if !(real && damped && sight.share >= seen) {
+        if !(real && damped && sight.share >= seen) || sight.is_steady {
             return;
         }
         let power = sight.power;
@@ -277,17 +279,34 @@ impl<T: Real> Places<T> {
     }
 
     /// That a mode is undamped here is news: it was seen with damping for long, or is louder
-    /// than it was with it; or a line rose by itself, clearly. A mode that has always had
-    /// little damping is loud now and then.
-    pub fn is_news(&self, frequency: T, power: T, config: &AlarmConfig<T>) -> bool {
+    /// than it was with it; or a line rose by itself, clearly; or idle was heard without it.
+    /// A mode that has always had little damping is loud now and then.
+    pub fn is_news(
+        &self,
+        frequency: T,
+        power: T,
+        idle_known: bool,
+        config: &AlarmConfig<T>,
+    ) -> bool {
+        let Some(there) = self.at(frequency) else {
+            return idle_known;
+        };
+        if there.is_known_below(DAMPED.0, config) {
+            return power > there.mean_power * T::from_f64(BURST);
+        }
+        let louder = power > there.usual_power * T::from_f64(LOUDER);
+        let watched = there.seen_s >= T::from_f64(WATCHED_S);
+        let long = there.seen_s >= T::from_f64(LONG_S);
+        let rose = there.rose.is_some_and(|(_, clearly)| clearly);
+        idle_known || long || (watched && louder) || rose
+    }
+
+    /// A mode was seen here with damping for long and is no louder than it was with it: it has
+    /// lost that damping itself. A line that had come up beside it would add its power, four
+    /// times the mode's for the two to read undamped.
+    pub fn keeps_its_power(&self, frequency: T, power: T) -> bool {
         self.at(frequency).is_some_and(|there| {
-            if there.is_known_below(DAMPED.0, config) {
-                return power > there.mean_power * T::from_f64(BURST);
-            }
-            let louder = power > there.usual_power * T::from_f64(LOUDER);
-            let watched = there.seen_s >= T::from_f64(WATCHED_S);
-            let long = there.seen_s >= T::from_f64(LONG_S);
-            long || (watched && louder) || there.rose.is_some_and(|(_, clearly)| clearly)
+            there.seen_s >= T::from_f64(LONG_S) && power < there.usual_power * T::from_f64(LOUDER)
         })
     }
 

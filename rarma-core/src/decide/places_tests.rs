@@ -12,6 +12,7 @@ fn watch(places: &mut Places<f64>, f: f64, zeta: f64, share: f64, seconds: f64) 
             share,
             part: share,
             power: 1.0,
+            is_steady: false,
         };
         places.see(f, zeta, &sight, &config, PERIOD_S);
     }
@@ -87,29 +88,37 @@ fn a_line_that_rose_is_remembered_for_a_second() {
 fn what_may_always_have_been_is_no_news() {
     let config = AlarmConfig::default();
     let mut places = Places::default();
-    assert!(!places.is_news(980.0, 9.0, &config), "nothing is known");
+    assert!(
+        !places.is_news(980.0, 9.0, false, &config),
+        "nothing is known"
+    );
+    assert!(
+        places.is_news(980.0, 9.0, true, &config),
+        "idle was without it"
+    );
     watch(&mut places, 980.0, 0.04, 0.5, 0.4);
     assert!(
-        !places.is_news(980.0, 1.9, &config),
+        !places.is_news(980.0, 1.9, false, &config),
         "damped, for too short"
     );
-    assert!(places.is_news(980.0, 2.1, &config), "and louder");
+    assert!(places.is_news(980.0, 2.1, false, &config), "and louder");
     watch(&mut places, 980.0, 0.04, 0.5, 0.5);
     assert!(
-        places.is_news(980.0, 0.1, &config),
+        places.is_news(980.0, 0.1, false, &config),
         "it has lost its damping"
     );
     // One of low damping is loud now and then.
     watch(&mut places, 500.0, 0.006, 0.5, 2.0);
-    assert!(!places.is_news(500.0, 13.0, &config));
-    assert!(places.is_news(500.0, 15.0, &config));
+    assert!(!places.is_news(500.0, 13.0, false, &config));
+    assert!(!places.is_news(500.0, 13.0, true, &config));
+    assert!(places.is_news(500.0, 15.0, false, &config));
     places.rose(500.0, true, &config);
-    assert!(!places.is_news(500.0, 13.0, &config));
+    assert!(!places.is_news(500.0, 13.0, false, &config));
     // A line that rose where nothing was known.
     places.rose(1400.0, false, &config);
-    assert!(!places.is_news(1400.0, 1.0, &config) && places.has_risen(1400.0));
+    assert!(!places.is_news(1400.0, 1.0, false, &config) && places.has_risen(1400.0));
     places.rose(1400.0, true, &config);
-    assert!(places.is_news(1400.0, 1.0, &config));
+    assert!(places.is_news(1400.0, 1.0, false, &config));
 }
 
 #[test]
@@ -118,9 +127,12 @@ fn what_was_learnt_beside_lines_is_forgotten_with_them() {
     let mut places = Places::default();
     watch(&mut places, 980.0, 0.04, 0.5, 2.0);
     places.begin_anew();
-    assert!(!places.is_news(980.0, 9.0, &config));
+    assert!(!places.is_news(980.0, 9.0, false, &config));
     watch(&mut places, 980.0, 0.04, 0.5, 0.45);
-    assert!(!places.is_news(980.0, 9.0, &config), "the model follows");
+    assert!(
+        !places.is_news(980.0, 9.0, false, &config),
+        "the model follows"
+    );
     watch(&mut places, 980.0, 0.04, 0.5, 1.0);
-    assert!(places.is_news(980.0, 9.0, &config));
+    assert!(places.is_news(980.0, 9.0, false, &config));
 }

@@ -12,20 +12,19 @@ const LEAST_S: f64 = 0.3;
 /// Below this scintillation an amplitude stays. Heard: 0.01 to 0.05 for limit cycles of
 /// virtual cuts, 0.03 and 0.1 to 0.4 for the chatter of two machines, 0.6 and more for
 /// stable modes of ζ = 0.3 %.
-const STEADY: f64 = 0.2;
-/// One value counts for so much at most.
-const MOST: f64 = 10.0;
+const STEADY: f64 = 0.25;
 
 /// Scintillation S = Var V/E²V of the squared amplitude V over the last quarter second: 1
 /// for noise on a damped mode, 0 for a steady tone.
 ///
 /// ```text
-/// m ← m + γ·(V − m),  S ← S + γ·((V/m − 1)² − S),  γ = period/min(time heard, τ)
+/// m ← m + γ·(V − m),  m₂ ← m₂ + γ·(V² − m₂),  S = m₂/m² − 1,  γ = period/min(time heard, τ)
 /// ```
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Steadiness<T> {
     mean: T,
-    scintillation: T,
+    /// E V²/E²V.
+    square: T,
     heard_s: T,
 }
 
@@ -37,16 +36,22 @@ impl<T: Real> Steadiness<T> {
         }
         self.heard_s = (self.heard_s + period_s).min(T::ONE);
         let gain = period_s / self.heard_s.min(T::from_f64(TAU_S));
+        let before = self.mean;
         self.mean += gain * (squared - self.mean);
         if self.mean > T::ZERO {
-            let off = (squared / self.mean - T::ONE).min(T::from_f64(MOST));
-            self.scintillation += gain * (off * off - self.scintillation);
+            let (old, new) = (before / self.mean, squared / self.mean);
+            self.square = (T::ONE - gain) * self.square * old * old + gain * new * new;
         }
+    }
+
+    /// Mean of the squared amplitude over the last quarter second.
+    pub fn mean(&self) -> T {
+        self.mean
     }
 
     /// The amplitude stays as it is.
     pub fn is_steady(&self) -> bool {
-        self.heard_s >= T::from_f64(LEAST_S) && self.scintillation < T::from_f64(STEADY)
+        self.heard_s >= T::from_f64(LEAST_S) && self.square - T::ONE < T::from_f64(STEADY)
     }
 
     /// Begins anew.

@@ -105,6 +105,11 @@ impl<T: Real> Slot<T> {
         self.test.forget();
     }
 
+    /// Its amplitude stays.
+    pub(super) fn is_steady(&self) -> bool {
+        self.steadiness.is_steady()
+    }
+
     /// Nothing is there.
     pub(super) fn reset(&mut self) {
         self.track.reset();
@@ -145,7 +150,8 @@ impl<T: Real> Slot<T> {
                 around.places.threshold(frequency, around.config),
             )
         };
-        let is_news = steady || around.places.is_news(frequency, here, around.config);
+        let places = around.places;
+        let is_news = steady || places.is_news(frequency, here, around.idle_known, around.config);
         let most = around.config.threshold * T::from_f64(if is_news { 1.0 } else { NO_NEWS });
         self.test.steer(angle, most, usual);
         self.overtone = self.is_overtone(frequency, sd.frequency, around);
@@ -182,6 +188,9 @@ impl<T: Real> Slot<T> {
             surely_free: origin == Origin::Free && around.spindle.vouches(),
             in_band: frequency >= around.band.0 && frequency <= around.band.1,
             grew: (around.louder && around.places.has_grown(frequency, here))
+                || around
+                    .places
+                    .keeps_its_power(frequency, here.max(self.steadiness.mean()))
                 || around.places.has_risen(frequency),
             threshold: threshold.min(most),
             evidence: self.evidence(),

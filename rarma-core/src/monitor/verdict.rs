@@ -289,6 +289,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
                         T::ZERO
                     },
                     power: *here,
+                    is_steady: slot.is_steady(),
                 },
                 self.alarm.config(),
                 self.period_s,
