@@ -21,8 +21,8 @@ const OTHERS: f64 = 4.0;
 /// Memory of the usual power, s, and by how much (3 dB) a band is louder than usual.
 const USUAL_TAU_S: f64 = 2.0;
 const LOUDER: f64 = 2.0;
-/// Of the power a moment ago: less is dying away.
-const FALLING: f64 = 0.6;
+/// Of the power a moment ago (1.2 dB): less is dying away.
+const FALLING: f64 = 0.75;
 
 /// The power of what no line explains, over the last half second, and of all of the band.
 #[derive(Debug, Clone)]
@@ -82,7 +82,7 @@ impl<T: Real> Onset<T> {
         self.filled > 0 && power > self.usual * T::from_f64(LOUDER)
     }
 
-    /// The vibration is dying away: less by 2 dB in all of the band than 0.05 to 0.1 s
+    /// The vibration is dying away: less by 1.2 dB in all of the band than 0.05 to 0.1 s
     /// ago. What rings on at the end of a cut is no chatter.
     pub fn is_falling(&self, band: T) -> bool {
         band < self.band[1] * T::from_f64(FALLING)
@@ -138,7 +138,7 @@ mod tests {
         // Over a gap in a loud cut, as a mode of low damping has them, it has not.
         let gap = heard(&[(10.0, 2.0), (1.0, 0.1), (10.0, 0.15), (30.0, 0.1)]);
         assert!(gap.rose_alone(28.0, 30.0) && !gap.rose_clearly(28.0, 30.0));
-        assert!(cut.is_falling(17.0) && !cut.is_falling(20.0));
+        assert!(cut.is_falling(22.0) && !cut.is_falling(23.0));
         // Half a second later it is no news.
         let late = heard(&[(1.0, 2.0), (30.0, 0.7)]);
         assert!(!late.rose_alone(28.0, 30.0));

@@ -258,6 +258,10 @@ fn where_flip_chatter_grows_only_what_stands_is_removed() {
     lines.hold(true);
     let held = left(&mut lines, &mut at, 5.0, &with(3.0));
     assert!((held / grown - 1.0).abs() < 0.1, "{held}");
+    // The cut ends: nothing is subtracted any more that is not there.
+    let mut ended = lines.clone();
+    let ghost = left(&mut ended, &mut at.clone(), 0.7, &teeth);
+    assert!(ghost < 0.2, "{ghost}");
     lines.hold(false);
     let gone = left(&mut lines, &mut at, 15.0, &with(3.0));
     assert!(gone < 0.05, "{gone}");

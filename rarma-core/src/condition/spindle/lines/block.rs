@@ -112,14 +112,14 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
         let smooth = T::from_f64(1.0 / SMOOTH);
         for line in &mut self.lines[..self.used.min(H)] {
             let kappa = match self.all_slow || line.slow {
+                true if line.shrinks() => gain(line.age, most, self.kappa),
                 true if self.held => T::ZERO,
                 true => gain(line.age, most, self.slow_kappa),
                 false => gain(line.age, most, self.kappa),
             };
-            let speaks = self.all_slow || !line.slow;
             let n = T::from_u32(u32::from(line.multiple));
             let square = line.square();
-            if square > T::ZERO && line.age >= LEAST_AGE && speaks {
+            if square > T::ZERO && line.age >= LEAST_AGE {
                 let length = square.sqrt();
                 let across = (line.sum.1 * line.c.0 - line.sum.0 * line.c.1) / length;
                 line.across += smooth * (across - n * error * length - line.across);

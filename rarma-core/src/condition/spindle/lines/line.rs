@@ -2,6 +2,9 @@
 
 use crate::real::Real;
 
+/// Part of its power that a line has left that shrinks.
+const SHRUNK: f64 = 0.4;
+
 /// One line.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Line<T> {
@@ -33,6 +36,14 @@ impl<T: Real> Line<T> {
             across: T::ZERO,
             variance: T::ZERO,
         }
+    }
+
+    /// It has lost more than half of its power: then it goes at once, whatever it was, for
+    /// what is still subtracted of it would be heard as a line.
+    pub(super) fn shrinks(&self) -> bool {
+        let square = self.square();
+        let along = square.sqrt() + self.radial;
+        along * along + self.across * self.across < square * T::from_f64(SHRUNK)
     }
 
     /// |c|².
