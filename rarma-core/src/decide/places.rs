@@ -29,6 +29,8 @@ const LOUDER: f64 = 2.0;
 /// factor. Noise alone makes it so by chance in one of 10⁶ independent moments, and as the
 /// mean is one of a few moments only, in one of some hundreds.
 const BURST: f64 = 14.0;
+/// Not seen damped for so long, s, by any pole pair, a mode has lost its damping.
+const GONE_S: f64 = 0.05;
 /// What is left in the signal has changed: for so long, s, its modes read as they were.
 const RELEARN_S: f64 = 0.8;
 /// A mode counts as seen where it holds this part of the band's power.
@@ -59,6 +61,8 @@ struct Place<T> {
     mean_power: T,
     known_s: T,
     missed_s: T,
+    /// Seen damped this long ago, s.
+    damped_s: T,
     /// It rose by itself, this long ago, s, and whether clearly so.
     rose: Option<(T, bool)>,
 }
@@ -120,6 +124,7 @@ impl<T: Real> Places<T> {
         for place in &mut self.places {
             if let Some(there) = place {
                 there.missed_s += period_s;
+                there.damped_s += period_s;
                 there.rose = there
                     .rose
                     .map(|(age_s, clearly)| (age_s + period_s, clearly))
@@ -162,6 +167,7 @@ impl<T: Real> Places<T> {
             there.usual_power += gain * (power - there.usual_power);
             there.frequency += gain * (frequency - there.frequency);
             there.missed_s = T::ZERO;
+            there.damped_s = T::ZERO;
             return;
         }
         self.remember(Place {
@@ -173,6 +179,7 @@ impl<T: Real> Places<T> {
             mean_power: T::ZERO,
             known_s: T::ZERO,
             missed_s: T::ZERO,
+            damped_s: T::ZERO,
             rose: None,
         });
     }
@@ -202,6 +209,7 @@ impl<T: Real> Places<T> {
                 mean_power: power,
                 known_s: period_s,
                 missed_s: T::ZERO,
+                damped_s: T::ZERO,
                 rose: None,
             });
         }
@@ -236,6 +244,7 @@ impl<T: Real> Places<T> {
             mean_power: T::ZERO,
             known_s: T::ZERO,
             missed_s: T::ZERO,
+            damped_s: T::ZERO,
             rose: Some((T::ZERO, clearly)),
         });
     }
@@ -303,10 +312,13 @@ impl<T: Real> Places<T> {
 
     /// A mode was seen here with damping for long and is no louder than it was with it: it has
     /// lost that damping itself. A line that had come up beside it would add its power, four
-    /// times the mode's for the two to read undamped.
+    /// times the mode's for the two to read undamped. Not while another pole pair there is the
+    /// damped mode.
     pub fn keeps_its_power(&self, frequency: T, power: T) -> bool {
         self.at(frequency).is_some_and(|there| {
-            there.seen_s >= T::from_f64(LONG_S) && power < there.usual_power * T::from_f64(LOUDER)
+            there.seen_s >= T::from_f64(LONG_S)
+                && there.damped_s >= T::from_f64(GONE_S)
+                && power < there.usual_power * T::from_f64(LOUDER)
         })
     }
 

@@ -136,3 +136,32 @@ fn what_was_learnt_beside_lines_is_forgotten_with_them() {
     watch(&mut places, 980.0, 0.04, 0.5, 1.0);
     assert!(places.is_news(980.0, 9.0, false, &config));
 }
+
+#[test]
+fn damping_is_lost_at_the_same_loudness_or_a_line_has_come() {
+    let config = AlarmConfig::default();
+    let mut places = Places::default();
+    watch(&mut places, 980.0, 0.04, 0.5, 1.0);
+    assert!(!places.keeps_its_power(980.0, 1.0), "damped a moment ago");
+    watch(&mut places, 980.0, 0.001, 0.5, 0.1);
+    assert!(places.keeps_its_power(985.0, 1.9) && !places.keeps_its_power(980.0, 2.1));
+    assert!(!places.keeps_its_power(1100.0, 0.1), "another place");
+    // Two pole pairs at one place: one of them is the mode.
+    for _ in 0..100 {
+        watch(&mut places, 980.0, 0.04, 0.5, 0.004);
+        watch(&mut places, 982.0, 0.001, 0.5, 0.004);
+        assert!(!places.keeps_its_power(982.0, 1.0));
+    }
+    // A line reads damped beside another one, but its amplitude stays.
+    let line = Sight {
+        share: 0.5,
+        part: 0.5,
+        power: 1.0,
+        is_steady: true,
+    };
+    for _ in 0..1000 {
+        places.age(PERIOD_S);
+        places.see(500.0, 0.03, &line, &config, PERIOD_S);
+    }
+    assert!(!places.keeps_its_power(500.0, 1.0));
+}
