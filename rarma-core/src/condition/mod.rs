@@ -18,8 +18,9 @@ pub use health::{
 };
 pub use lines::{KnownLines, LinesError};
 pub use spindle::{
-    CHANCE_BLIND, CHANCE_TOLD, Comb, FLIP_TAU_S, FRAME, Finding, LEVEL_MEMORY_S, LINES_TAU_S, Lock,
-    MOST_PEAKS, PulseDetector, SPACING_HZ, SPEED_WANDER, SlicedFft, SpeedFinder, SpeedFinderConfig,
-    SpeedFinderError, SpindleLines, SpindleLinesConfig, SpindleLinesError, TOLD_RANGE,
-    TOLERANCE_BINS, Tacho, TachoConfig, TachoError, TachoFault, TachoReading,
+    CHANCE_BLIND, CHANCE_TOLD, Comb, FLIP_TAU_S, FRAME, Finding, HIGHEST_FLIP_HALVES,
+    LEVEL_MEMORY_S, LINES_TAU_S, Lock, MOST_PEAKS, PulseDetector, SPACING_HZ, SPEED_WANDER,
+    SlicedFft, SpeedFinder, SpeedFinderConfig, SpeedFinderError, SpindleLines, SpindleLinesConfig,
+    SpindleLinesError, TOLD_RANGE, TOLERANCE_BINS, Tacho, TachoConfig, TachoError, TachoFault,
+    TachoReading, is_home_of_flip,
 };

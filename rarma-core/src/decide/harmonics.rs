@@ -4,6 +4,7 @@
 //! the rotation frequency is forced whatever its damping, because a forced line
 //! has no damping of its own (it reads ζ ≈ 0.0003).
 
+use crate::condition::is_home_of_flip;
 use crate::real::Real;
 
 /// Spindle frequency, where it is known. Multiples of the tooth frequency are among
@@ -30,9 +31,6 @@ pub const HEARD_SD: f64 = 1.0;
 pub const TOLD_SD: f64 = 2.0;
 /// Half-width as a fraction of the frequency: how well a speed is known.
 pub const SPEED_ACCURACY: f64 = 0.002;
-/// Flip lobes lie where a vibration takes 2, 2/3, 2/5 … tooth periods; beyond this odd
-/// number of half tooth frequencies they are lost among the others.
-pub const HIGHEST_FLIP_HALVES: u32 = 9;
 /// Up to this multiple a doubt about the speed counts: of an end mill in steel 33 were heard.
 const DOUBTED_MULTIPLES: f64 = 33.0;
 /// Half-width at most, as a fraction of the spacing of the multiples. The labels
@@ -44,8 +42,8 @@ impl<T: Real> Rotation<T> {
     /// The multiple of the spindle frequency that `f` (standard deviation `f_sd`,
     /// Hz) sits on, if it does.
     ///
-    /// Half-width: the largest of two standard deviations, [`LEAST_WIDTH_HZ`] and
-    /// accuracy·f, but at most [`WIDEST_FRACTION`] of the spacing; or the
+    /// Half-width: the largest of [`HEARD_SD`] or [`TOLD_SD`] standard deviations,
+    /// [`LEAST_WIDTH_HZ`] and accuracy·f, but at most [`WIDEST_FRACTION`] of the spacing; or the
     /// doubt about the speed, up to half the spacing.
     pub fn harmonic(&self, f: T, f_sd: T) -> Option<u32> {
         let spindle = self.spindle_hz?;
@@ -86,37 +84,15 @@ impl<T: Real> Rotation<T> {
         }
     }
 
-    /// Multiple `n` of the spindle is also an odd multiple of half the tooth frequency,
-    /// where period-two (flip) chatter lies: with an even number of teeth, and up to
-    /// [`HIGHEST_FLIP_HALVES`] of them.
+    /// Multiple `n` of the spindle is home to flip chatter, see [`is_home_of_flip`].
     pub fn may_flip(&self, n: u32) -> bool {
-        let Some(teeth) = self.teeth.filter(|z| z % 2 == 0 && *z > 0) else {
-            return false;
-        };
-        let half = teeth / 2;
-        n.is_multiple_of(half) && (n / half) % 2 == 1 && n / half <= HIGHEST_FLIP_HALVES
+        is_home_of_flip(self.teeth, n)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn flip_lines_are_those_of_an_even_number_of_teeth() {
-        let with = |teeth| Rotation::<f32> {
-            teeth,
-            ..Rotation::default()
-        };
-        let flips = |teeth| {
-            (1..40)
-                .filter(|n| with(teeth).may_flip(*n))
-                .collect::<Vec<_>>()
-        };
-        assert_eq!(flips(Some(2)), [1, 3, 5, 7, 9]);
-        assert_eq!(flips(Some(4)), [2, 6, 10, 14, 18]);
-        assert!(flips(Some(3)).is_empty() && flips(Some(0)).is_empty() && flips(None).is_empty());
-    }
 
     #[test]
     fn multiples_are_found_and_others_are_not() {

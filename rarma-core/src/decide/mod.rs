@@ -39,9 +39,7 @@ pub use fpk_verdict::{
     Amplitude, AmplitudeReading, LEAST_EFFECTIVE, LIMIT_SCINTILLATION, SUSPICIOUS_SCINTILLATION,
     critical_scintillation,
 };
-pub use harmonics::{
-    HIGHEST_FLIP_HALVES, LEAST_WIDTH_HZ, Rotation, SPEED_ACCURACY, WIDEST_FRACTION,
-};
+pub use harmonics::{LEAST_WIDTH_HZ, Rotation, SPEED_ACCURACY, WIDEST_FRACTION};
 pub use level::{CONTRAST, CUT_RATIO, IdleFinder};
 pub use mode::{Label, Mode, ModeTrack, Reading, SAME_MODE};
 pub use onset::Onset;

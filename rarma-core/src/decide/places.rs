@@ -68,6 +68,22 @@ struct Place<T> {
 }
 
 impl<T: Real> Place<T> {
+    /// A place of which nothing is known but that something is there, of this power.
+    fn unknown(frequency: T, power: T, config: &AlarmConfig<T>) -> Self {
+        Self {
+            frequency,
+            usual_damping: config.threshold * T::from_f64(2.0),
+            usual_power: power,
+            seen_s: T::ZERO,
+            mean_damping: T::ZERO,
+            mean_power: power,
+            known_s: T::ZERO,
+            missed_s: T::ZERO,
+            damped_s: T::from_f64(FORGET_S),
+            rose: None,
+        }
+    }
+
     /// Known for long, and for a low damping.
     fn is_low(&self, config: &AlarmConfig<T>) -> bool {
         self.is_known_below(LOW, config)
@@ -171,16 +187,10 @@ impl<T: Real> Places<T> {
             return;
         }
         self.remember(Place {
-            frequency,
             usual_damping: usual,
-            usual_power: power,
             seen_s: period_s,
-            mean_damping: T::ZERO,
-            mean_power: T::ZERO,
-            known_s: T::ZERO,
-            missed_s: T::ZERO,
             damped_s: T::ZERO,
-            rose: None,
+            ..Place::unknown(frequency, power, config)
         });
     }
 
@@ -201,16 +211,9 @@ impl<T: Real> Places<T> {
             place.missed_s = T::ZERO;
         } else {
             self.remember(Place {
-                frequency,
-                usual_damping: config.threshold * T::from_f64(2.0),
-                usual_power: power,
-                seen_s: T::ZERO,
                 mean_damping: damping,
-                mean_power: power,
                 known_s: period_s,
-                missed_s: T::ZERO,
-                damped_s: T::ZERO,
-                rose: None,
+                ..Place::unknown(frequency, power, config)
             });
         }
     }
@@ -236,16 +239,8 @@ impl<T: Real> Places<T> {
             return;
         }
         self.remember(Place {
-            frequency,
-            usual_damping: config.threshold * T::from_f64(2.0),
-            usual_power: T::ZERO,
-            seen_s: T::ZERO,
-            mean_damping: T::ZERO,
-            mean_power: T::ZERO,
-            known_s: T::ZERO,
-            missed_s: T::ZERO,
-            damped_s: T::ZERO,
             rose: Some((T::ZERO, clearly)),
+            ..Place::unknown(frequency, T::ZERO, config)
         });
     }
 

@@ -15,8 +15,8 @@ pub use finder::{
     SpeedFinder, SpeedFinderConfig, SpeedFinderError, TOLD_RANGE, TOLERANCE_BINS,
 };
 pub use lines::{
-    FLIP_TAU_S, LINES_TAU_S, Lock, SPEED_WANDER, SpindleLines, SpindleLinesConfig,
-    SpindleLinesError,
+    FLIP_TAU_S, HIGHEST_FLIP_HALVES, LINES_TAU_S, Lock, SPEED_WANDER, SpindleLines,
+    SpindleLinesConfig, SpindleLinesError, is_home_of_flip,
 };
 pub use tacho::{
     LEVEL_MEMORY_S, PulseDetector, Tacho, TachoConfig, TachoError, TachoFault, TachoReading,

@@ -2,7 +2,7 @@
 //! lines, and it is judged whether they are there.
 
 use super::line::{Line, gain};
-use super::{Lock, SpindleLines};
+use super::{Lock, SpindleLines, Trust};
 use crate::real::Real;
 
 /// Smoothing of a line's errors, blocks.
@@ -46,6 +46,11 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
         let spacing = self.filter.omega / (T::from_f64(2.0) * T::PI);
         let most = spacing.min(T::ONE);
         let smooth = T::from_f64(1.0 / SMOOTH);
+        let (choice, all_slow) = (self.choice, self.are_slow());
+        let strong_from = T::from_f64(match self.trust {
+            Trust::Tried => LOUD,
+            Trust::Found | Trust::Doubted => STRONG,
+        });
         for line in &mut self.lines[..self.used.min(H)] {
             let u = (line.sum.0 * scale, line.sum.1 * scale);
             line.sum = u;
@@ -57,10 +62,10 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
             let inverse = T::ONE / square;
             let radial = (u.0 * line.c.0 + u.1 * line.c.1) * inverse.sqrt();
             line.radial += smooth * (radial - line.radial);
-            if line.age < SPEAKING_AGE || (line.slow && !self.all_slow) {
+            if line.age < SPEAKING_AGE || (choice.is_flip(line.multiple) && !all_slow) {
                 continue;
             }
-            let least = if self.all_slow {
+            let least = if all_slow {
                 self.slow_kappa
             } else {
                 self.kappa
@@ -78,7 +83,7 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
             weight += n * n * above * per_noise;
             squares += n * n * above;
             powers += above;
-            if square > floor * T::from_f64(if self.tried { LOUD } else { STRONG }) {
+            if square > floor * strong_from {
                 strong += 1;
             }
         }
@@ -86,7 +91,7 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
         if weight > T::ZERO {
             error /= weight;
             let wild = error * error > (self.filter.p.0 + T::ONE / weight) * T::from_f64(WILD);
-            if !(self.all_slow && wild) {
+            if !(all_slow && wild) {
                 forward = self.filter.correct(error, T::ONE / weight);
             }
             self.square_multiple = squares / powers;
@@ -110,8 +115,9 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
     /// `weight`; `forward` is what the phase took of it.
     fn draw(&mut self, most: T, error: T, weight: T, forward: T) {
         let smooth = T::from_f64(1.0 / SMOOTH);
+        let (choice, all_slow) = (self.choice, self.are_slow());
         for line in &mut self.lines[..self.used.min(H)] {
-            let kappa = match self.all_slow || line.slow {
+            let kappa = match all_slow || choice.is_flip(line.multiple) {
                 true if line.shrinks() => gain(line.age, most, self.kappa),
                 true if self.held => T::ZERO,
                 true => gain(line.age, most, self.slow_kappa),
@@ -146,7 +152,7 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
                 line.c.0 += kappa * u.0;
                 line.c.1 += kappa * u.1;
             } else {
-                *line = Line::new(line.multiple, line.slow);
+                *line = Line::new(line.multiple);
             }
         }
     }
@@ -155,7 +161,7 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
     fn judge(&mut self, strong: u32) {
         let phase_sd = (self.filter.p.0 * self.square_multiple).sqrt();
         let lines = self.lines[..self.used.min(H)].iter();
-        let speaking = lines.filter(|line| self.all_slow || !line.slow).count() as u32;
+        let speaking = lines.filter(|line| self.speaks(line.multiple)).count() as u32;
         let there = strong >= LEAST_STRONG.min(speaking).max(1);
         let per_block = T::from_u32(u32::from(self.block)) / self.fs;
         let blocks = |s: f64| (T::from_f64(s) / per_block).to_f32() as u16;

@@ -10,8 +10,6 @@ const SHRUNK: f64 = 0.4;
 pub(super) struct Line<T> {
     pub multiple: u16,
     pub age: u16,
-    /// Flip chatter lives there: drawn slowly, and of no say about the speed.
-    pub slow: bool,
     /// Amplitude c of Re(c·e^(j·n·φ)).
     pub c: (T, T),
     /// Σ e·e^(−j·n·φ) of the block.
@@ -24,12 +22,11 @@ pub(super) struct Line<T> {
 }
 
 impl<T: Real> Line<T> {
-    pub(super) fn new(multiple: u16, slow: bool) -> Self {
+    pub(super) fn new(multiple: u16) -> Self {
         let zero = (T::ZERO, T::ZERO);
         Self {
             multiple,
             age: 0,
-            slow,
             c: zero,
             sum: zero,
             radial: T::ZERO,

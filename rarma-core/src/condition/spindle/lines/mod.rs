@@ -11,6 +11,8 @@ mod line;
 mod multiples;
 mod phase_loop;
 
+pub use multiples::{HIGHEST_FLIP_HALVES, is_home_of_flip};
+
 pub use config::{
     FLIP_TAU_S, LINES_TAU_S, Lock, SPEED_WANDER, SpindleLinesConfig, SpindleLinesError,
 };
@@ -23,6 +25,17 @@ use phase_loop::PhaseLoop;
 
 /// Length of a block, s.
 const BLOCK_S: f64 = 1.0 / 375.0;
+
+/// How far the speed is trusted that was started on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Trust {
+    /// The lines have been found in the sound, or a tacho leads them.
+    Found,
+    /// Nothing has confirmed it: the lines must stand out by far.
+    Tried,
+    /// The lines may not be the rotation's: all are drawn slowly.
+    Doubted,
+}
 
 /// Removes up to `H` lines at multiples of the spindle frequency, and follows it.
 ///
@@ -54,9 +67,8 @@ pub struct SpindleLines<T, const H: usize> {
     lines: [Line<T>; H],
     used: usize,
     choice: Choice,
+    trust: Trust,
     held: bool,
-    all_slow: bool,
-    tried: bool,
     base: (T, T),
     turn: (T, T),
     filter: PhaseLoop<T>,
@@ -105,12 +117,11 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
         // No standard root without std; the block is short, the root need not be fine.
         let wander = T::from_f64(config.wander) * T::from_f64(block_s).sqrt();
         Ok(Self {
-            lines: [Line::new(0, false); H],
+            lines: [Line::new(0); H],
             used: 0,
             choice: Choice::new(config.teeth),
+            trust: Trust::Found,
             held: false,
-            all_slow: false,
-            tried: false,
             base: (T::ONE, T::ZERO),
             turn: (T::ONE, T::ZERO),
             filter: PhaseLoop::new(T::ZERO, T::ZERO, wander),
@@ -144,8 +155,7 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
         if !(spindle_hz > T::ZERO && spindle_hz < most && sd_hz >= T::ZERO && sd_hz < most) {
             return;
         }
-        self.all_slow = false;
-        self.tried = false;
+        self.trust = Trust::Found;
         let scale = self.rad_per_block();
         self.filter = PhaseLoop::new(spindle_hz * scale, sd_hz * scale, self.wander);
         self.base = (T::ONE, T::ZERO);
@@ -164,14 +174,14 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
     /// its own must stand out by far.
     pub fn try_speed(&mut self, spindle_hz: T, sd_hz: T) {
         self.start(spindle_hz, sd_hz);
-        self.tried = true;
+        self.trust = Trust::Tried;
     }
 
     /// Starts on a comb that may not be the rotation's: all of its lines are drawn slowly,
     /// so that it goes as it stands, and what changes of it stays in the signal.
     pub fn start_slowly(&mut self, spacing_hz: T, sd_hz: T) {
         self.start(spacing_hz, sd_hz);
-        self.all_slow = true;
+        self.trust = Trust::Doubted;
     }
 
     /// A speed is followed, or tried.
@@ -181,7 +191,17 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
 
     /// All lines are drawn slowly.
     pub fn are_slow(&self) -> bool {
-        self.all_slow
+        self.trust == Trust::Doubted
+    }
+
+    /// A line is drawn slowly: what is there may be self-excited.
+    fn is_slow(&self, multiple: u16) -> bool {
+        self.are_slow() || self.choice.is_flip(multiple)
+    }
+
+    /// A line has a say about the speed.
+    fn speaks(&self, multiple: u16) -> bool {
+        self.are_slow() || !self.choice.is_flip(multiple)
     }
 
     /// A speed from elsewhere (tacho, finder), Hz, and its standard deviation: drawn
@@ -257,8 +277,7 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
         let old = &old[..self.used.min(H)];
         for (multiple, place) in chosen.iter().zip(&mut self.lines) {
             let known = old.iter().find(|l| l.multiple == *multiple);
-            let slow = self.choice.is_flip(u32::from(*multiple));
-            *place = known.copied().unwrap_or(Line::new(*multiple, slow));
+            *place = known.copied().unwrap_or(Line::new(*multiple));
         }
         self.used = used;
     }
@@ -295,10 +314,9 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
             Lock::Locked => self.used.min(H),
             _ => 0,
         };
-        let flips = self.lines[..used]
-            .iter()
-            .filter(|line| self.all_slow || line.slow);
-        flips.fold(T::ZERO, |most, line| most.max(line.square())) * T::from_f64(0.5)
+        let lines = self.lines[..used].iter();
+        let slow = lines.filter(|line| self.is_slow(line.multiple));
+        slow.fold(T::ZERO, |most, line| most.max(line.square())) * T::from_f64(0.5)
     }
 
     /// Multiple and amplitude (peak, input units) of every line removed.

@@ -2,10 +2,22 @@
 
 use crate::real::Real;
 
-/// Highest odd multiple of half the tooth frequency that is drawn slowly: 4.5 teeth.
-const FLIP_MULTIPLES: u32 = 9;
+/// Flip lobes lie where a vibration takes 2, 2/3, 2/5 … tooth periods; beyond this odd
+/// number of half tooth frequencies they are lost among the others.
+pub const HIGHEST_FLIP_HALVES: u32 = 9;
 /// Highest multiple: bounds the work of a sample.
 const HIGHEST: u32 = 255;
+
+/// Multiple `n` of the spindle is an odd multiple of half the tooth frequency, where period-two
+/// (flip) chatter lives: with an even number of teeth, and up to [`HIGHEST_FLIP_HALVES`] of
+/// them.
+pub fn is_home_of_flip(teeth: Option<u32>, n: u32) -> bool {
+    teeth.is_some_and(|z| {
+        let half = z / 2;
+        let times = n.checked_div(half).unwrap_or(0);
+        z % 2 == 0 && times * half == n && times % 2 == 1 && times <= HIGHEST_FLIP_HALVES
+    })
+}
 
 /// Rule by which multiples are chosen, and the range it was applied to.
 #[derive(Debug, Clone, Copy)]
@@ -22,14 +34,9 @@ impl Choice {
         }
     }
 
-    /// Flip chatter lives there: odd multiples of half the tooth frequency that are
-    /// multiples of the spindle's.
-    pub fn is_flip(&self, n: u32) -> bool {
-        self.teeth.is_some_and(|z| {
-            let half = z / 2;
-            let times = n.checked_div(half).unwrap_or(0);
-            z % 2 == 0 && times * half == n && times % 2 == 1 && times <= FLIP_MULTIPLES
-        })
+    /// Flip chatter lives there.
+    pub fn is_flip(&self, n: u16) -> bool {
+        is_home_of_flip(self.teeth, u32::from(n))
     }
 
     fn of_teeth(&self, n: u32) -> bool {
@@ -63,7 +70,7 @@ impl Choice {
         }
         self.range = (first, last);
         let all = || first..=last;
-        let foremost = |n: u32| self.of_teeth(n) || self.is_flip(n);
+        let foremost = |n: u32| self.of_teeth(n) || is_home_of_flip(self.teeth, n);
         let of_teeth = all().filter(|n| foremost(*n)).count().min(H);
         let mut others = if all().count() <= H { H } else { H - of_teeth };
         let mut chosen = ([0; H], 0);
@@ -102,15 +109,16 @@ mod tests {
     }
 
     #[test]
-    fn the_home_of_flip_chatter_is_known() {
+    fn flip_lines_are_those_of_an_even_number_of_teeth() {
         let flips = |teeth| {
-            let choice = Choice::new(teeth);
-            (1..30).filter(|n| choice.is_flip(*n)).collect::<Vec<_>>()
+            (1..40)
+                .filter(|n| is_home_of_flip(teeth, *n))
+                .collect::<Vec<_>>()
         };
         // Four teeth: half the tooth frequency is twice the spindle's; up to 4.5 times it.
         assert_eq!(flips(Some(4)), [2, 6, 10, 14, 18]);
         assert_eq!(flips(Some(2)), [1, 3, 5, 7, 9]);
-        assert!(flips(Some(3)).is_empty() && flips(None).is_empty());
+        assert!(flips(Some(3)).is_empty() && flips(Some(0)).is_empty() && flips(None).is_empty());
         // They go before other multiples, as those of the teeth do.
         assert_eq!(chosen::<6>(Some(4), 100.0), [4, 6, 8, 10, 12, 14]);
     }
