@@ -27,7 +27,7 @@ pub const LEAST_WIDTH_HZ: f64 = 2.0;
 /// Half-width in standard deviations of the mode's frequency, for a speed that is heard or
 /// measured, so that its lines are removed or at least known, and for one that was told.
 pub const HEARD_SD: f64 = 1.0;
-/// See [`HEARD_SD`].
+/// See `HEARD_SD`.
 pub const TOLD_SD: f64 = 2.0;
 /// Half-width as a fraction of the frequency: how well a speed is known.
 pub const SPEED_ACCURACY: f64 = 0.002;
@@ -42,7 +42,7 @@ impl<T: Real> Rotation<T> {
     /// The multiple of the spindle frequency that `f` (standard deviation `f_sd`,
     /// Hz) sits on, if it does.
     ///
-    /// Half-width: the largest of [`HEARD_SD`] or [`TOLD_SD`] standard deviations,
+    /// Half-width: the largest of `HEARD_SD` or `TOLD_SD` standard deviations,
     /// [`LEAST_WIDTH_HZ`] and accuracy·f, but at most [`WIDEST_FRACTION`] of the spacing; or the
     /// doubt about the speed, up to half the spacing.
     pub fn harmonic(&self, f: T, f_sd: T) -> Option<u32> {
