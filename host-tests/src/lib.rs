@@ -15,6 +15,7 @@ pub mod health;
 pub mod hostile;
 pub mod json;
 pub mod ldbb;
+pub mod ldbb_box;
 pub mod modal_case;
 pub mod plain;
 pub mod process;
