@@ -5,13 +5,13 @@ use crate::rig::{answer, quiet};
 use hal_sim::plant::ldbb::drive::program;
 use hal_sim::plant::ldbb::{BenchConfig, MotionFault};
 use hal_sim::rig::{FaultEvent, RigSetUp, SimBox, SimRig};
-use rarma_cli::ldbb::RunData;
+use rarma_cli::ldbb::{Findings, Options, RunData, evaluate};
 use rarma_core::guard::{FaultCode, Mode, Severity, Stage};
 use rarma_core::ldbb::{AngleMap, ForceLaw, ProcedureConfig, RunFault, Sense};
 use rarma_core::wire::{Answer, CIRCLE_RATE_HZ, CircleJob, CircleMessage, Command, Telemetry};
 
 /// Feed of the circles: 2000 mm/min.
-pub const FEED_M_S: f32 = 2000.0 / 6e4;
+const FEED_M_S: f32 = 2000.0 / 6e4;
 
 /// A circle test of 150 mm at these pressures, bar; in both directions or one, and down again
 /// or not.
@@ -42,6 +42,20 @@ pub struct Told {
     pub faults: Vec<(FaultCode, Severity)>,
     /// How long it took, s of the world.
     pub world_s: f64,
+}
+
+impl Told {
+    /// What the host finds in the runs.
+    ///
+    /// # Panics
+    /// They are not a whole test.
+    pub fn findings(&self) -> Findings {
+        let options = Options {
+            feed_m_s: f64::from(FEED_M_S),
+            ..Options::default()
+        };
+        evaluate(&self.runs, &[], &options).expect("a whole test")
+    }
 }
 
 /// A gauge with little noise and no steps: the box's converter has both of its own.

@@ -7,9 +7,8 @@ use hal_sim::plant::ldbb::{Around, MotionFault};
 use hal_sim::rig::{FaultEvent, FaultKind, SimBox};
 use host_tests::bars::holds;
 use host_tests::ldbb::m3;
-use host_tests::ldbb_box::{FEED_M_S, arm, job, quieter, ready, rig, run, run_as};
+use host_tests::ldbb_box::{arm, job, quieter, ready, rig, run, run_as};
 use host_tests::rig::{answer, set};
-use rarma_cli::ldbb::{Options, evaluate};
 use rarma_core::guard::{Denial, FaultCode, Severity, Stage};
 use rarma_core::ldbb::RunFault;
 use rarma_core::settings::SettingValue;
@@ -22,11 +21,7 @@ fn eight_pressures_in_both_directions() {
     let told = run(&mut all, &job, None);
     assert_eq!((told.failed, told.runs.len()), (None, 16));
     assert!(told.faults.is_empty(), "{:?}", told.faults);
-    let options = Options {
-        feed_m_s: f64::from(FEED_M_S),
-        ..Options::default()
-    };
-    let f = evaluate(&told.runs, &[], &options).expect("a whole test");
+    let f = told.findings();
     let s = f.stiffness.expect("eight forces");
     let truth = m3().machine.stiffness_n_per_m;
     let worst = s.rays.iter().fold(0.0, |m: f64, r| {
@@ -318,11 +313,7 @@ fn hysteresis_while_moving_by_the_box() {
     let mut all = ready(bench, Vec::new());
     let told = run(&mut all, &job(&[0.4, 1.5, 3.0], true, true), None);
     assert_eq!((told.failed, told.runs.len()), (None, 10));
-    let options = Options {
-        feed_m_s: f64::from(FEED_M_S),
-        ..Options::default()
-    };
-    let f = evaluate(&told.runs, &[], &options).expect("a whole test");
+    let f = told.findings();
     let moving = f.moving.expect("up and down");
     // The box's converter steps by 0.6 µm with as much noise: a direction by itself is off by
     // that noise, eleven next to each other are not.
