@@ -25,6 +25,10 @@ const MISSED: &[&str] = &[
     "cutting: onset, ms, turning-980, 12000 1/min",
     "cutting: onset, ms, two-tooth-up",
     "settings: alarms, speed told",
+    "override: with an alarm, 1650 Hz, not told",
+    "override, long: with an alarm, 1650 Hz",
+    "override, long: with an alarm, 5000 Hz, not told",
+    "override, long: before chatter, 1650 Hz, told",
 ];
 
 /// What became of a bar.

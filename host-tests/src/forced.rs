@@ -21,6 +21,40 @@ const TOP_HZ: f64 = 5000.0;
 /// Scale of the samples: full scale is 1, and 20 dB above the modes must fit in.
 const SCALE: f64 = 0.005;
 
+/// An override turned step by step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OverrideSteps {
+    /// From, s.
+    pub from_s: f64,
+    /// One every so many seconds.
+    pub every_s: f64,
+    /// The spindle takes so long for each, s.
+    pub within_s: f64,
+    /// So many.
+    pub count: u32,
+    /// By this part of the starting speed each.
+    pub part: f64,
+}
+
+impl OverrideSteps {
+    /// Part of the starting speed that has been added at `t` s.
+    fn added(&self, t: f64) -> f64 {
+        let steps = ((t - self.from_s) / self.every_s).max(0.0);
+        let whole = steps.floor().min(f64::from(self.count));
+        let moving = if whole < f64::from(self.count) {
+            ((steps - whole) * self.every_s / self.within_s).min(1.0)
+        } else {
+            0.0
+        };
+        self.part * (whole + moving)
+    }
+
+    /// The most that is added.
+    fn most(&self) -> f64 {
+        (self.part * f64::from(self.count)).max(0.0)
+    }
+}
+
 /// A signal, but for its random part.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ForcedConfig {
@@ -37,6 +71,8 @@ pub struct ForcedConfig {
     pub runout_db: Option<(f64, f64)>,
     /// The speed changes from, to (s), by this part of the starting speed a second.
     pub ramp: Option<(f64, f64, f64)>,
+    /// An operator turns the override.
+    pub steps: Option<OverrideSteps>,
     /// The speed swings by this part of it, so many times a second.
     pub swing: Option<(f64, f64)>,
     /// All lines swell by this part of them, so many times a second.
@@ -82,6 +118,7 @@ impl ForcedConfig {
             teeth,
             runout_db: Some((10.0, 20.0)),
             ramp: None,
+            steps: None,
             swing: None,
             swell: None,
             fading: None,
@@ -106,7 +143,8 @@ impl ForcedConfig {
     fn fastest_hz(&self) -> f64 {
         let change = self.ramp.map_or(0.0, |(from, to, rate)| rate * (to - from));
         let swing = self.swing.map_or(0.0, |(part, _)| part);
-        self.spindle_hz * (1.0 + change.max(0.0) + swing)
+        let steps = self.steps.map_or(0.0, |steps| steps.most());
+        self.spindle_hz * (1.0 + change.max(0.0) + swing + steps)
     }
 
     /// The modes when mode `fading` has damping `zeta` under a force that stays.
@@ -214,7 +252,8 @@ impl Forced {
             .config
             .ramp
             .map_or(0.0, |(from, to, rate)| rate * (t.clamp(from, to) - from));
-        self.config.spindle_hz * (1.0 + change + wave(self.config.swing, t))
+        let steps = self.config.steps.map_or(0.0, |steps| steps.added(t));
+        self.config.spindle_hz * (1.0 + change + steps + wave(self.config.swing, t))
     }
 
     /// Lets the fading mode fade, once a millisecond.
@@ -287,6 +326,33 @@ mod tests {
         let (tooth, runout) = (signal.amplitude(teeth), signal.amplitude(teeth - 1));
         let db = 20.0 * (runout / tooth).log10();
         assert!((-23.0..-7.0).contains(&db), "{db}");
+    }
+
+    #[test]
+    fn an_override_is_turned_step_by_step() {
+        let steps = OverrideSteps {
+            from_s: 2.0,
+            every_s: 1.0,
+            within_s: 0.2,
+            count: 3,
+            part: -0.01,
+        };
+        let config = ForcedConfig {
+            steps: Some(steps),
+            ..ForcedConfig::drawn(3)
+        };
+        let start = config.spindle_hz;
+        let signal = Forced::new(config);
+        for (t, added) in [
+            (1.9, 0.0),
+            (2.1, -0.005),
+            (2.9, -0.01),
+            (3.1, -0.015),
+            (9.0, -0.03),
+        ] {
+            let there = signal.spindle_hz(t) / start - 1.0;
+            assert!((there - added).abs() < 1e-9, "{t} s: {there}");
+        }
     }
 
     #[test]

@@ -20,6 +20,8 @@ pub struct Rotation<T> {
     pub accuracy: T,
     /// How far it may be off just now, as a part of it.
     pub doubt: T,
+    /// How far the first multiples may be off, as a part of it, while nobody has heard it.
+    pub doubt_of_first: T,
 }
 
 /// Half-width of the label around a multiple, Hz, at the least.
@@ -33,6 +35,8 @@ pub const TOLD_SD: f64 = 2.0;
 pub const SPEED_ACCURACY: f64 = 0.002;
 /// Up to this multiple a doubt about the speed counts: of an end mill in steel 33 were heard.
 const DOUBTED_MULTIPLES: f64 = 33.0;
+/// The first multiples: a doubt of 2 % hides less than a third of what lies between them.
+const FIRST_MULTIPLES: f64 = 8.0;
 /// Half-width at most, as a fraction of the spacing of the multiples. The labels
 /// hide twice this fraction of all frequencies where every multiple of the
 /// spindle is looked at.
@@ -65,8 +69,10 @@ impl<T: Real> Rotation<T> {
         // lines are faint.
         let doubt = if nearest > T::from_f64(DOUBTED_MULTIPLES) {
             T::ZERO
-        } else {
+        } else if nearest > T::from_f64(FIRST_MULTIPLES) {
             self.doubt
+        } else {
+            self.doubt.max(self.doubt_of_first)
         };
         let width = spread
             .max(T::from_f64(LEAST_WIDTH_HZ))
@@ -80,6 +86,7 @@ impl<T: Real> Rotation<T> {
     pub fn without_doubt(self) -> Self {
         Self {
             doubt: T::ZERO,
+            doubt_of_first: T::ZERO,
             ..self
         }
     }
@@ -112,5 +119,13 @@ mod tests {
         let doubted = Rotation { doubt: 0.013, ..r };
         assert_eq!(doubted.harmonic(890.0, 0.5), Some(32));
         assert_eq!(doubted.harmonic(895.0, 0.5), None);
+        // Nobody has heard it: the first multiples only.
+        let unheard = Rotation {
+            doubt_of_first: 0.02,
+            ..r
+        };
+        assert_eq!(unheard.harmonic(168.0, 0.1), Some(6));
+        assert_eq!(unheard.harmonic(250.7, 0.1), None);
+        assert_eq!(unheard.without_doubt().harmonic(168.0, 0.1), None);
     }
 }

@@ -75,6 +75,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
                 *place = self.read_mode(k);
             }
             self.judge_modes(&mut readings, &mut modes);
+            self.spindle.hear_modes(&modes, self.period_s);
             self.watch_lines(cutting);
             if !cutting {
                 self.learn_background(&modes);

@@ -2,7 +2,8 @@
 //!
 //! Rate: decision rate.
 
-use super::{ENTERING, SpeedSource, Spindle, UNCONFIRMED};
+use super::{ENTERING, HEARD_FRAMES, SpeedSource, Spindle, UNCONFIRMED};
+use crate::condition::SpeedFinder;
 use crate::decide::{Rotation, SPEED_ACCURACY};
 use crate::real::Real;
 
@@ -52,13 +53,27 @@ impl<T: Real> Spindle<T> {
             SpeedSource::Tacho => T::ZERO,
             _ => self.doubt(speed),
         };
+        let unheard = source == SpeedSource::Told && self.is_unheard();
         Rotation {
             spindle_hz: Some(speed),
             // Half the tooth frequency means something for the spindle's own multiples.
             teeth: self.teeth,
             accuracy: width,
             doubt,
+            doubt_of_first: T::from_f64(if unheard { UNCONFIRMED.1 } else { 0.0 }),
         }
+    }
+
+    /// A told speed has been cut with for less than this, s, and has not been confirmed.
+    fn is_unconfirmed(&self, for_s: T) -> bool {
+        self.unconfirmed_s.is_some_and(|t| t < for_s)
+    }
+
+    /// The search for lines is slow and has not had the time to confirm a told speed.
+    fn is_unheard(&self) -> bool {
+        let frame_s = self.finder.as_ref().map_or(T::ZERO, SpeedFinder::frame_s);
+        frame_s > T::from_f64(UNCONFIRMED.0)
+            && self.is_unconfirmed(frame_s * T::from_f64(HEARD_FRAMES))
     }
 
     /// How far a speed that no tacho measures may be off, as a part of it.
@@ -68,7 +83,7 @@ impl<T: Real> Spindle<T> {
         if self.entering_s > T::ZERO || snapshot {
             doubt = T::from_f64(ENTERING.1);
         }
-        if self.unconfirmed_s > T::ZERO && !self.was_locked {
+        if self.is_unconfirmed(T::from_f64(UNCONFIRMED.0)) && !self.was_locked {
             doubt = doubt.max(T::from_f64(UNCONFIRMED.1));
         }
         // Found once and not yet followed: the setting may be right, the finding a mean over
@@ -108,7 +123,7 @@ impl<T: Real> Spindle<T> {
             let multiple = ratio.round().max(T::ONE);
             multiple <= T::from_f64(FEW) && (ratio - multiple).abs() < multiple * T::from_f64(OFF)
         });
-        beside_teeth || (!idle_known && self.unconfirmed_s > T::ZERO)
+        beside_teeth || (!idle_known && self.is_unconfirmed(T::from_f64(UNCONFIRMED.0)))
     }
 
     /// `f` lies on a comb that may be one of rotation or the overtones of a chatter.
@@ -117,7 +132,7 @@ impl<T: Real> Spindle<T> {
             spindle_hz: self.doubtful.map(|(speed, _)| speed),
             teeth: None,
             accuracy: T::from_f64(SPEED_ACCURACY),
-            doubt: T::ZERO,
+            ..Rotation::default()
         };
         comb.harmonic(f, sd).is_some()
     }

@@ -32,7 +32,7 @@ impl<T: Real> Spindle<T> {
             Finding::Found(comb) => {
                 self.contradiction = None;
                 self.denied = 0;
-                self.unconfirmed_s = T::ZERO;
+                self.unconfirmed_s = None;
                 (comb.spacing_hz, comb.sd_hz)
             }
             Finding::Contradiction { told_hz, found_hz } => {
@@ -97,17 +97,23 @@ impl<T: Real> Spindle<T> {
     }
 
     /// What was heard stands for what was told, as far as an override reaches.
-    fn retell(&mut self, speed: T) {
+    pub(super) fn carry(&mut self, speed: T) -> bool {
         let (least, most) = OVERRIDE;
         let within = self.setting.is_some_and(|setting| {
             speed > setting * T::from_f64(least) && speed < setting * T::from_f64(most)
         });
-        if !within {
-            return;
+        if within {
+            self.told = Some(speed);
+            self.denied = 0;
         }
-        self.told = Some(speed);
-        self.denied = 0;
-        if let Some(finder) = &mut self.finder {
+        within
+    }
+
+    /// The same, and the search looks there from now on.
+    fn retell(&mut self, speed: T) {
+        if self.carry(speed)
+            && let Some(finder) = &mut self.finder
+        {
             // Out of its range it keeps what it was told.
             let _ = finder.tell(Some(speed));
         }

@@ -6,6 +6,7 @@
 
 mod belief;
 mod hearing;
+mod moving;
 mod standing;
 
 use super::MonitorConfig;
@@ -16,6 +17,7 @@ use crate::condition::{
 };
 use crate::decide::SPEED_ACCURACY;
 use crate::real::Real;
+use moving::Moving;
 use serde::{Deserialize, Serialize};
 use standing::Standing;
 
@@ -34,6 +36,9 @@ const ENTERING: (f64, f64) = (0.8, 0.013);
 /// A told speed that the sound has not confirmed is in doubt for this long of cutting,
 /// s, by this part of it: a mill told 4500 rpm turned at 4577.
 const UNCONFIRMED: (f64, f64) = (0.8, 0.02);
+/// Where the search's frame is longer than that, the sound tells the speed after so many frames,
+/// and until then the first multiples stay in doubt.
+const HEARD_FRAMES: f64 = 2.3;
 /// Who says the speed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum SpeedSource {
@@ -88,6 +93,7 @@ pub(super) struct Spindle<T> {
     /// A comb that may be a chatter's, Hz, and how long ago it was heard, s.
     doubtful: Option<(T, T)>,
     standing: Standing<T>,
+    moving: Moving<T>,
     contradiction: Option<(T, T)>,
     /// Contradictions in a row.
     denied: u8,
@@ -95,7 +101,8 @@ pub(super) struct Spindle<T> {
     tacho_reading: Option<(T, T)>,
     tacho_fault: Option<TachoFault>,
     entering_s: T,
-    unconfirmed_s: T,
+    /// For how long of cutting a told speed has not been confirmed, s.
+    unconfirmed_s: Option<T>,
 }
 
 /// Where lines are removed: above the band and below it, too, as far as the model hears. A
@@ -148,17 +155,14 @@ impl<T: Real> Spindle<T> {
             found: None,
             doubtful: None,
             standing: Standing::default(),
+            moving: Moving::default(),
             contradiction: None,
             denied: 0,
             low_hz: T::from_f64(band.low_hz),
             tacho_reading: None,
             tacho_fault: None,
             entering_s: T::ZERO,
-            unconfirmed_s: if told.is_some() {
-                T::from_f64(UNCONFIRMED.0)
-            } else {
-                T::ZERO
-            },
+            unconfirmed_s: told.map(|_| T::ZERO),
         }
     }
 
@@ -186,7 +190,7 @@ impl<T: Real> Spindle<T> {
     fn watch_lock(&mut self) {
         let locked = self.locked().is_some();
         if self.was_locked && !locked && self.told.is_some() {
-            self.unconfirmed_s = T::from_f64(UNCONFIRMED.0);
+            self.unconfirmed_s = Some(T::ZERO);
         }
         if locked && !self.was_locked && self.is_entering() {
             // Lines that are caught in the dip are drawn up to the speed slowly.
@@ -203,7 +207,7 @@ impl<T: Real> Spindle<T> {
             (self.entering_s - period_s).max(T::ZERO)
         };
         if cutting {
-            self.unconfirmed_s = (self.unconfirmed_s - period_s).max(T::ZERO);
+            self.unconfirmed_s = self.unconfirmed_s.map(|t| t + period_s);
         }
         self.found = self
             .found

@@ -182,6 +182,11 @@ impl<T: Real> SpeedFinder<T> {
         self.last = Finding::NotEstimable;
     }
 
+    /// Length of a frame, s: for so long a speed must hold still to be found.
+    pub fn frame_s(&self) -> T {
+        T::ONE / self.bin_hz
+    }
+
     /// Answer of the last cycle.
     pub fn last(&self) -> Finding<T> {
         self.last
