@@ -137,18 +137,19 @@ impl<T: Real> Moving<T> {
 
 impl<T: Real> Spindle<T> {
     /// The modes of this decision: where the lines have lost the speed, those that stand for
-    /// lines tell it. Not while an alarm stands: it may be one of them.
+    /// lines tell it. While an alarm stands only two together do: one alone may be the chatter.
     pub(in crate::monitor) fn hear_modes(&mut self, modes: &[Option<Mode<T>>], period_s: T) {
         if let Some((speed, _)) = self.locked() {
             self.remember_loudest(speed);
             return;
         }
-        if self.standing.is_held() || self.tacho_reading.is_some() {
+        if self.tacho_reading.is_some() || self.is_denied() {
             return;
         }
+        let held = self.standing.is_held();
         let poles = modes.iter().flatten().filter_map(Pole::of);
         let at_rest = |setting| Moving::at_rest(setting, poles.clone());
-        if let Some(moving) = self.setting.and_then(at_rest) {
+        if !held && let Some(moving) = self.setting.and_then(at_rest) {
             self.moving = moving;
             return;
         }
@@ -159,6 +160,9 @@ impl<T: Real> Spindle<T> {
         let Some((speed, sd, are_two)) = self.moving.read_off(poles) else {
             return;
         };
+        if held && !are_two {
+            return;
+        }
         self.moving.speed_hz = speed;
         if are_two {
             self.moving.age_s = T::ZERO;
