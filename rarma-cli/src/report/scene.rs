@@ -103,9 +103,18 @@ impl<'a> Scene<'a> {
         let read = self.job.run.summary.spindle.rpm_last;
         let rpm = read.or(self.job.rpm);
         let turn = rpm.filter(|r| r.is_finite() && *r > 0.0)? / 60.0;
+        Some(self.forcing_of(turn))
+    }
+
+    /// The same at an instant.
+    pub(super) fn forcing_at(&self, t: f64) -> Option<(f64, &'static str)> {
+        self.spindle_at(t).map(|turn| self.forcing_of(turn))
+    }
+
+    fn forcing_of(&self, turn: f64) -> (f64, &'static str) {
         match self.teeth_of_the_speed() {
-            Some(teeth) => Some((turn * f64::from(teeth), "tooth passing")),
-            None => Some((turn, "spindle")),
+            Some(teeth) => (turn * f64::from(teeth), "tooth passing"),
+            None => (turn, "spindle"),
         }
     }
 

@@ -40,8 +40,10 @@ pub(super) fn alarms(scene: &Scene<'_>) -> String {
             seconds(end - alarm.on),
             hertz(alarm.f),
         );
-        if let Some((f, _)) = forcing {
-            put!(html, "<td>{}</td>", with_unit(alarm.f / f, "×"));
+        if forcing.is_some() {
+            let then = scene.forcing_at(alarm.on);
+            let multiple = then.map(|(f, _)| with_unit(alarm.f / f, "×"));
+            put!(html, "<td>{}</td>", multiple.unwrap_or_else(|| "–".into()));
         }
         let nearest = scene.spindle_at(alarm.on).map(|f| nearest(alarm.f, f));
         let said = amplitude::of_alarm(scene, alarm).map(amplitude::word);

@@ -148,8 +148,8 @@ fn a_chatter_page_says_so() {
     assert!(page.contains("the alarm came 0.1\u{a0}s later"));
     assert!(page.contains("data:image/png;base64,"));
     assert!(page.contains("still on at the end"));
-    assert!(page.contains("2.99\u{a0}×"), "multiples of tooth passing");
-    // 898 − 12·4520/60 = −6 Hz at the speed of that moment.
+    // Both at the speed of that moment, 4520 1/min: 898/(4·4520/60) and 898 − 12·4520/60 = −6 Hz.
+    assert!(page.contains("2.98\u{a0}×"), "multiples of tooth passing");
     assert!(page.contains("6\u{a0}Hz below 12 × 75.3\u{a0}Hz"));
     assert!(page.contains("<td>limit cycle</td>"));
     assert!(page.contains("S = Var V / (mean V)² = 0.05"));

@@ -186,7 +186,7 @@ fn relative_sd(f: f64, zeta: f64, t: f64) -> f64 {
 pub(super) fn how_to_read(scene: &Scene<'_>) -> String {
     let example = example(scene);
     let forcing = match scene.forcing() {
-        Some((f, name)) => format!(" Here the {name} frequency is {}.", hertz(f)),
+        Some((f, name)) => format!(" Here the {name} frequency is {} at the end.", hertz(f)),
         None => {
             " Here no spindle speed was given and none was heard, so nothing could be recognised \
                  as forced by its frequency: a line may be the cutter's own hum."
