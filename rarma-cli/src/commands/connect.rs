@@ -35,7 +35,7 @@ pub(super) fn main(args: &ConnectArgs) -> Result<u8, Failure> {
         sequence: 0,
         waiting: Vec::new(),
     };
-    if let Port::File(_) | Port::Input = talk.port {
+    if !talk.port.answers() {
         return Err(Failure::Usage(format!(
             "{}: a box is needed that answers; use `rarma decode` for a file",
             args.port
