@@ -8,6 +8,7 @@ pub mod chip;
 pub mod count;
 pub mod demo;
 pub mod failure;
+pub mod fuzz;
 pub mod fw;
 pub mod process;
 pub mod qemu;

@@ -1,8 +1,8 @@
-//! `cargo demo`, `cargo verify`, `cargo fw …` and `cargo xtask count`.
+//! `cargo demo`, `cargo verify`, `cargo fw …` and `cargo xtask …`.
 
 use std::process::ExitCode;
 
-use xtask::{Failure, Workspace, chip, count, demo, fw, qemu, verify};
+use xtask::{Failure, Workspace, chip, count, demo, fuzz, fw, qemu, verify};
 
 const HELP: &str = "\
 The workspace's own commands.
@@ -21,6 +21,10 @@ The workspace's own commands.
       --image ELF               of this image, already built
       --markdown FILE           write the table between the markers in FILE
       --check FILE              fail if a figure differs from the table in FILE
+  cargo xtask fuzz [TARGET...]  every parser under libFuzzer, a minute each
+      --seconds N               this long each
+      --case FILE               one target: this case again
+      --list                    name the targets
   cargo xtask qemu ELF [ARGS]   run one image in QEMU, its log decoded
 ";
 
@@ -35,6 +39,7 @@ fn main() -> ExitCode {
         "verify" => verify::main(&workspace, &rest),
         "count" => count::main(&workspace, &rest),
         "chip" => chip::main(&workspace, &rest),
+        "fuzz" => fuzz::main(&workspace, &rest),
         "" | "help" | "-h" | "--help" => {
             print!("{HELP}");
             Ok(0)
