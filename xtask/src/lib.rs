@@ -9,6 +9,8 @@ pub mod count;
 pub mod demo;
 pub mod failure;
 pub mod fw;
+pub mod long;
+pub mod page;
 pub mod process;
 pub mod qemu;
 pub mod toolchain;
