@@ -123,12 +123,16 @@ impl Figures {
     }
 
     /// The compiler that a document's table belongs to.
-    pub fn compiler_in(document: &str) -> Option<String> {
-        let (_, table, _) = PART.split(document).ok()?;
-        let line = table
+    ///
+    /// # Errors
+    /// The document has no such table, or the table no such line.
+    pub fn compiler_in(document: &str) -> std::result::Result<String, String> {
+        let (_, table, _) = PART.split(document)?;
+        table
             .lines()
-            .find_map(|line| line.strip_prefix("Made with "))?;
-        Some(line.trim_end_matches('.').to_owned())
+            .find_map(|line| line.strip_prefix("Made with "))
+            .map(|line| line.trim_end_matches('.').to_owned())
+            .ok_or_else(|| "the table does not say what it was made with".to_owned())
     }
 
     /// The compiler that made the image.
@@ -220,10 +224,8 @@ mod tests {
         for other in [9_799, 10_201] {
             assert_eq!(differences(other).len(), 1);
         }
-        assert_eq!(
-            Figures::compiler_in(&document).as_deref(),
-            Some("rustc 1.96.0")
-        );
+        assert_eq!(Figures::compiler_in(&document), Ok("rustc 1.96.0".into()));
+        assert!(Figures::compiler_in(EMPTY).is_err_and(|why| why.contains("made with")));
         assert!(figures(1).unwrap().differences_from("no table").is_err());
     }
 

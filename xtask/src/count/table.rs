@@ -103,8 +103,8 @@ impl Table {
         let compiler = text
             .lines()
             .find_map(|line| line.split_once("(mps2-an386), ")?.1.split_once(';'))
-            .map_or("", |(compiler, _)| compiler)
-            .to_owned();
+            .map(|(compiler, _)| compiler.to_owned())
+            .ok_or("the table does not say what it was made with")?;
         let rows = text
             .lines()
             .filter(|line| {

@@ -134,6 +134,24 @@ pub fn note(
     page::write(path, &text)
 }
 
+/// Fails unless each of these long forms passed when it ran last, by the table of [`PAGE`].
+///
+/// # Errors
+/// Names each that has no result or failed, and each result of a long form that is gone.
+pub fn check(workspace: &Workspace, names: &[String]) -> Result<()> {
+    let table = Table::found_in(&page::read(&workspace.root().join(PAGE))?)
+        .map_err(|why| Failure::new(format!("no results of long forms in {PAGE}")).because(why))?;
+    let objections = table.objections(names);
+    if objections.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::new(format!("long forms are not as {PAGE} says"))
+        .because(format!("\n  {}", objections.join("\n  ")))
+        .advise(format!(
+            "cargo verify --long --markdown {PAGE}, or cargo xtask long TEST --markdown {PAGE}"
+        )))
+}
+
 /// The commit that is checked out; a `+` behind it says that sources differ from it.
 fn commit(workspace: &Workspace) -> Result<String> {
     let git = |arguments: &[&str]| {
