@@ -10,6 +10,8 @@ pub mod demo;
 pub mod failure;
 pub mod fuzz;
 pub mod fw;
+pub mod long;
+pub mod page;
 pub mod process;
 pub mod qemu;
 pub mod toolchain;

@@ -2,7 +2,7 @@
 
 use crate::{Target, check};
 use rarma_cli::frames::{FrameReader, RawSamples, to_json, words};
-use rarma_core::wire::{Command, Deframer, MAX_FRAME, Telemetry, decode, encode, head};
+use rarma_core::wire::{Command, Deframer, Head, MAX_FRAME, Telemetry, decode, encode, head};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde::ser::SerializeTuple;
@@ -15,10 +15,10 @@ pub(super) const FRAMES: Target = Target {
         let _ = decode::<Command>(bytes);
         let _ = decode::<Telemetry>(bytes);
         stream(bytes);
-        if let Some(frame) = framed(bytes, 0) {
+        if let Some(frame) = framed(bytes, SESSION, 0) {
             let stuffed = &frame[..frame.len() - 1];
-            if let Ok((_, message)) = decode::<Telemetry>(stuffed) {
-                told(&message);
+            if let Ok((head, message)) = decode::<Telemetry>(stuffed) {
+                told(head, &message);
                 there_and_back(&message);
             }
             if let Ok((_, command)) = decode::<Command>(stuffed) {
@@ -28,6 +28,9 @@ pub(super) const FRAMES: Target = Target {
     },
     words: Vec::new,
 };
+
+/// The session of frames made here.
+pub(super) const SESSION: u32 = 0x0102_0304;
 
 /// A piece of what goes over a link.
 pub(super) enum Piece<'a> {
@@ -55,7 +58,7 @@ pub(super) fn pieces(mut case: &[u8]) -> Vec<Piece<'_>> {
 }
 
 /// The frame of a body of any bytes; none if it is too long.
-pub(super) fn framed(body: &[u8], sequence: u16) -> Option<Vec<u8>> {
+pub(super) fn framed(body: &[u8], session: u32, sequence: u32) -> Option<Vec<u8>> {
     struct Body<'a>(&'a [u8]);
     impl Serialize for Body<'_> {
         fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
@@ -67,7 +70,7 @@ pub(super) fn framed(body: &[u8], sequence: u16) -> Option<Vec<u8>> {
         }
     }
     let mut buffer = [0; MAX_FRAME];
-    let frame = encode(&Body(body), sequence, &mut buffer);
+    let frame = encode(&Body(body), session, sequence, &mut buffer);
     frame.ok().map(<[u8]>::to_vec)
 }
 
@@ -75,21 +78,19 @@ pub(super) fn framed(body: &[u8], sequence: u16) -> Option<Vec<u8>> {
 /// is not equal to itself.
 pub(super) fn there_and_back<M: Serialize + DeserializeOwned>(message: &M) {
     let (mut once, mut twice) = ([0; MAX_FRAME], [0; MAX_FRAME]);
-    // What came in a frame may be written longer: a number with leading zeros is read too.
-    let frame = encode(message, 7, &mut once).expect("what came in a frame fits into one");
-    let (sequence, read) = decode::<M>(&frame[..frame.len() - 1]).expect("a sound frame");
-    assert_eq!(sequence, 7);
-    assert_eq!(encode(&read, 7, &mut twice), Ok(frame));
+    let frame = encode(message, SESSION, 7, &mut once).expect("what was framed has room");
+    let (head, read) = decode::<M>(&frame[..frame.len() - 1]).expect("a sound frame");
+    assert_eq!((head.session, head.sequence), (SESSION, 7));
+    assert_eq!(encode(&read, SESSION, 7, &mut twice), Ok(frame));
 }
 
 /// Any bytes, in pieces of any size, and a sound frame after them: that one is read.
 fn stream(bytes: &[u8]) {
     let mut raw = RawSamples::default();
     let mut reader = FrameReader::default();
-    reader.take(bytes, |sequence, message| {
+    reader.take(bytes, |head, message| {
         raw.take(&message);
-        told(&message);
-        check::one_line(&to_json(sequence, &message));
+        told(head, &message);
     });
     if let Some(losses) = reader.losses() {
         check::one_line(&losses);
@@ -109,13 +110,13 @@ fn stream(bytes: &[u8]) {
 
 fn framed_command() -> Vec<u8> {
     let mut buffer = [0; MAX_FRAME];
-    let frame = encode(&Command::Identify, 77, &mut buffer);
+    let frame = encode(&Command::Identify, SESSION, 77, &mut buffer);
     frame.expect("a small command").to_vec()
 }
 
-fn told(message: &Telemetry) {
+fn told(head: Head, message: &Telemetry) {
     if let Some(text) = words(message) {
         check::one_line(&text);
     }
-    check::one_line(&to_json(0, message));
+    check::one_line(&to_json(head, message));
 }

@@ -1,6 +1,6 @@
 //! Recordings: everything that `monitor` and its like read.
 
-use super::link::{Piece, framed, pieces};
+use super::link::{Piece, SESSION, framed, pieces};
 use crate::{Target, check, scratch};
 use rarma_cli::input::{self, ReadOptions, Recording};
 use std::path::Path;
@@ -78,7 +78,7 @@ pub(super) const FRAMES: Target = Target {
             .enumerate()
             .flat_map(|(k, piece)| match piece {
                 Piece::Bytes(bytes) => bytes.to_vec(),
-                Piece::Body(body) => framed(body, k as u16).unwrap_or_default(),
+                Piece::Body(body) => framed(body, SESSION, k as u32).unwrap_or_default(),
                 Piece::Pause(_) => Vec::new(),
             })
             .collect();

@@ -35,6 +35,8 @@ pub fn check(workspace: &Workspace, long: bool) -> Result<Outcome> {
         .filter(|run| run.defect.is_some())
         .map(|run| run.target.as_str())
         .collect();
-    Err(Failure::new(format!("fuzzing found a defect in {}", names.join(", ")))
-        .advise("see above for the cases and how to run them again"))
+    Err(
+        Failure::new(format!("fuzzing found a defect in {}", names.join(", ")))
+            .advise("see above for the cases and how to run them again"),
+    )
 }
