@@ -42,7 +42,7 @@ pub struct Counts {
 
 #[derive(Debug, Clone)]
 struct Last {
-    sequence: u16,
+    sequence: u32,
     crc: u16,
     at_us: u64,
     answer: Answer,
@@ -105,7 +105,8 @@ impl Commands {
                         now_us,
                         (head.sequence, head.crc),
                         match command {
-                            Ok((_, command)) => Ok(command),
+                            Ok((_, command)) if is_for(all, head.session, &command) => Ok(command),
+                            Ok(_) => Err(Refused::Session),
                             Err(_) if head.version != VERSION => Err(Refused::Version {
                                 box_version: VERSION,
                             }),
@@ -127,7 +128,7 @@ impl Commands {
         all: &mut SensorBox,
         board: &mut B,
         now_us: u64,
-        (to, crc): (u16, u16),
+        (to, crc): (u32, u16),
         command: Result<Command, Refused>,
     ) {
         self.counts.answered = self.counts.answered.wrapping_add(1);
@@ -156,6 +157,11 @@ impl Commands {
         all.tell
             .tell(board, &Telemetry::Reply(Reply { to, answer }));
     }
+}
+
+/// Whether a command is for this run of the box. Who asks who the box is need not know.
+fn is_for(all: &SensorBox, session: u32, command: &Command) -> bool {
+    session == all.tell.session() || *command == Command::Identify
 }
 
 fn carry_out<B: BoxBoard>(

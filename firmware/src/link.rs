@@ -3,10 +3,13 @@
 use embedded_io::Write;
 use rarma_core::wire::{MAX_FRAME, Telemetry, encode};
 
+/// The session of a job over a recording: there is one run and one stream.
+pub const RECORDING_SESSION: u32 = 1;
+
 /// Sends telemetry as frames.
 #[derive(Debug, Default)]
 pub struct FrameSender {
-    sequence: u16,
+    sequence: u32,
     dropped: u32,
 }
 
@@ -15,7 +18,7 @@ impl FrameSender {
     /// listening goes on, and the gap in the sequence numbers tells the host.
     pub fn send<L: Write>(&mut self, link: &mut L, message: &Telemetry) {
         let mut buffer = [0u8; MAX_FRAME];
-        let sent = match encode(message, self.sequence, &mut buffer) {
+        let sent = match encode(message, RECORDING_SESSION, self.sequence, &mut buffer) {
             Ok(frame) => link.write_all(frame).is_ok(),
             Err(_) => false,
         };

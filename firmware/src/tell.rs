@@ -20,29 +20,35 @@ struct Told {
 /// Says things to the host.
 #[derive(Debug)]
 pub struct Teller {
-    sequence: u16,
+    session: u32,
+    sequence: u32,
     frames: u32,
     dropped: u32,
     told: [Option<Told>; FaultCode::ALL.len()],
 }
 
-impl Default for Teller {
-    fn default() -> Self {
+impl Teller {
+    /// A teller of the session of this number.
+    pub fn new(session: u32) -> Self {
         Self {
+            session,
             sequence: 0,
             frames: 0,
             dropped: 0,
             told: [None; FaultCode::ALL.len()],
         }
     }
-}
 
-impl Teller {
+    /// The number of this run of the box.
+    pub fn session(&self) -> u32 {
+        self.session
+    }
+
     /// Sends one message. One that the link does not take is counted and left behind; the
     /// gap in the numbers tells the host. True if it was taken.
     pub fn tell<B: BoxBoard>(&mut self, board: &mut B, message: &Telemetry) -> bool {
         let mut buffer = [0u8; MAX_FRAME];
-        let sent = match encode(message, self.sequence, &mut buffer) {
+        let sent = match encode(message, self.session, self.sequence, &mut buffer) {
             Ok(frame) => board.send(frame).is_ok(),
             Err(_) => false,
         };

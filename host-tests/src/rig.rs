@@ -41,7 +41,7 @@ pub fn set(all: &mut SimBox, name: &str, value: SettingValue) {
 }
 
 /// The last answer to a command, by its sequence number.
-pub fn answer(all: &SimBox, to: u16) -> Option<Answer> {
+pub fn answer(all: &SimBox, to: u32) -> Option<Answer> {
     all.host
         .heard
         .iter()

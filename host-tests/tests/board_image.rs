@@ -8,7 +8,7 @@ use host_tests::resources::board_image_or_skip;
 use rarma_core::guard::{FaultCode, Mode, Severity};
 use rarma_core::settings::Settings;
 use rarma_core::wire::{
-    Command as Order, Deframer, FaultMessage, Identity, MAX_FRAME, Started, Telemetry, encode,
+    Command as Order, Deframer, FaultMessage, Head, Identity, MAX_FRAME, Started, Telemetry, encode,
 };
 use serde_json::{Value, json};
 use std::path::Path;
@@ -16,7 +16,7 @@ use std::process::Command;
 
 /// What one run of the model brought.
 struct Seen {
-    frames: Vec<(u16, Telemetry)>,
+    frames: Vec<(Head, Telemetry)>,
     run: Value,
 }
 
@@ -60,7 +60,7 @@ fn read_json(path: &Path) -> Value {
 }
 
 /// Every frame. A broken one is a failure, unless a reset has cut the one it came in.
-fn frames(path: &Path, is_cut: bool) -> Vec<(u16, Telemetry)> {
+fn frames(path: &Path, is_cut: bool) -> Vec<(Head, Telemetry)> {
     let mut deframer = Deframer::default();
     let mut broken = 0;
     let frames = std::fs::read(path)
@@ -110,9 +110,11 @@ fn the_image_hears_what_the_host_hears() {
         return;
     };
     assert_eq!(seen.run["reset_by"], Value::Null);
-    let sequence: Vec<u16> = seen.frames.iter().map(|(number, _)| *number).collect();
-    let expected: Vec<u16> = (0..sequence.len() as u16).collect();
+    let sequence: Vec<u32> = seen.frames.iter().map(|(head, _)| head.sequence).collect();
+    let expected: Vec<u32> = (0..sequence.len() as u32).collect();
     assert_eq!(sequence, expected, "frames are numbered without a gap");
+    // The number that the chip's generator gave.
+    assert!(seen.frames.iter().all(|(head, _)| head.session == SESSION));
 
     let job = firmware::listen::job(&Settings::default(), 48_000.0);
     let mut host = MonitorDuty::new(&job).expect("the default settings are in range");
@@ -155,13 +157,16 @@ fn samples_come_at_their_rate() {
     assert!((23_990..=24_000).contains(&samples), "{samples}");
 }
 
+/// The first word of the model's random numbers (tools/g474-model/entropy.py).
+const SESSION: u32 = 0x5E55_0001;
+
 /// Steps that bring CERS to its bias: contacts closed, heartbeats, start, arm.
 fn armed(seconds: f64) -> Vec<Value> {
     let mut steps = vec![json!([0.0, "PA6", 1]), json!([0.0, "PC8", 1])];
     let mut sequence = 0;
     let mut say = |at: f64, order: Order| {
         let mut frame = [0; MAX_FRAME];
-        let bytes = encode(&order, sequence, &mut frame).expect("a command fits a frame");
+        let bytes = encode(&order, SESSION, sequence, &mut frame).expect("a command fits a frame");
         sequence += 1;
         let hex: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
         steps.push(json!([at, "host", hex]));
@@ -194,7 +199,7 @@ fn on_and_off(run: &Value) -> (f64, Option<(f64, String)>) {
     (moment(on), off)
 }
 
-fn told(frames: &[(u16, Telemetry)], code: FaultCode) -> bool {
+fn told(frames: &[(Head, Telemetry)], code: FaultCode) -> bool {
     frames
         .iter()
         .any(|(_, message)| matches!(message, Telemetry::Fault(fault) if fault.record.code == code))
@@ -250,10 +255,16 @@ fn a_falling_supply_opens_all_switches_without_software() {
 
 /// The last `Hello`, and what is told after it.
 fn after_reset(seen: &Seen) -> (&Identity, Vec<&FaultMessage>) {
-    let is_hello = |(_, message): &(u16, Telemetry)| matches!(message, Telemetry::Hello(_));
+    let is_hello = |(_, message): &(Head, Telemetry)| matches!(message, Telemetry::Hello(_));
     let last = seen.frames.iter().rposition(is_hello).expect("a hello");
     let (before, after) = seen.frames.split_at(last);
     assert!(before.iter().any(is_hello), "the box has started once");
+    let sessions: Vec<u32> = [before, after]
+        .iter()
+        .flat_map(|run| run.iter().map(|(head, _)| head.session))
+        .collect();
+    let changes = sessions.windows(2).filter(|pair| pair[0] != pair[1]);
+    assert_eq!(changes.count(), 1, "a reset is a session of its own");
     let faults = after.iter().filter_map(|(_, message)| match message {
         Telemetry::Fault(fault) => Some(fault),
         _ => None,
@@ -363,7 +374,7 @@ fn a_spoilt_word_of_the_settings_is_told() {
         };
         assert_eq!(seen.run["reset_by"], Value::Null);
         assert_eq!(told(&seen.frames, FaultCode::FlashUnreadable), expected);
-        let is_heard = |(_, m): &(u16, Telemetry)| matches!(m, Telemetry::Verdict(_));
+        let is_heard = |(_, m): &(Head, Telemetry)| matches!(m, Telemetry::Verdict(_));
         assert!(seen.frames.iter().any(is_heard), "it listens");
     }
 }

@@ -73,16 +73,12 @@ impl Played {
 }
 
 /// Decodes a link's bytes; sequence numbers must follow on from `first`.
-fn decoded(bytes: &[u8], first: u16) -> Vec<Telemetry> {
+fn decoded(bytes: &[u8], first: u32) -> Vec<Telemetry> {
     let mut deframer = Deframer::default();
     let frames = bytes.iter().filter_map(|&b| deframer.push::<Telemetry>(b));
     let messages = frames.enumerate().map(|(k, frame)| {
-        let (sequence, message) = frame.expect("a whole frame");
-        assert_eq!(
-            sequence,
-            first.wrapping_add(k as u16),
-            "a gap in the sequence"
-        );
+        let (head, message) = frame.expect("a whole frame");
+        assert_eq!(head.sequence, first + k as u32, "a gap in the sequence");
         message
     });
     messages.collect()
@@ -254,7 +250,7 @@ fn broken_link_drops_frames_counts_them_and_the_gap_shows() {
         blocks += 1;
         if blocks == 30 {
             before = decoded(&app.board().link.take(), 0);
-            dropped_from = before.len() as u16;
+            dropped_from = before.len() as u32;
             app.board().link.broken = true;
         }
         if blocks == 90 {
@@ -270,14 +266,14 @@ fn broken_link_drops_frames_counts_them_and_the_gap_shows() {
     let after = board.link.take();
     let mut deframer = Deframer::default();
     let first = after.iter().find_map(|&b| deframer.push::<Telemetry>(b));
-    let (sequence, _) = first.expect("a frame").expect("a whole frame");
-    let dropped = sequence - dropped_from;
+    let (head, _) = first.expect("a frame").expect("a whole frame");
+    let dropped = head.sequence - dropped_from;
     assert!((193..=195).contains(&dropped), "{dropped} frames dropped");
-    let messages = decoded(&after, sequence);
+    let messages = decoded(&after, head.sequence);
     let Some(Telemetry::Finished(finished)) = messages.last() else {
         panic!("the last message is {:?}", messages.last());
     };
-    assert_eq!(finished.dropped_frames, u32::from(dropped));
+    assert_eq!(finished.dropped_frames, dropped);
     // What was heard meanwhile was heard all the same.
     assert_eq!(finished.samples, 40_000);
     assert!(before.len() > 50 && messages.len() > 100);

@@ -1,6 +1,7 @@
 //! How a command ends when it does not succeed.
 
 use crate::input::InputError;
+use crate::one_line::OneLine;
 use std::fmt;
 
 /// A failure with its exit code.
@@ -16,6 +17,16 @@ pub enum Failure {
 }
 
 impl Failure {
+    /// Bad input that no single place of a file shows: `FILE: whole file: WHAT (REMEDY)`. A
+    /// `what` that ends with a remedy of its own keeps it.
+    pub fn whole(file: impl fmt::Display, what: impl fmt::Display, remedy: &str) -> Self {
+        let what = what.to_string();
+        if what.ends_with(')') {
+            return Self::Input(format!("{file}: whole file: {what}"));
+        }
+        Self::Input(format!("{file}: whole file: {what} ({remedy})"))
+    }
+
     /// The process' exit code.
     pub fn code(&self) -> u8 {
         match self {
@@ -29,7 +40,7 @@ impl Failure {
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (Self::Usage(what) | Self::Input(what) | Self::System(what)) = self;
-        f.write_str(what)
+        write!(f, "{}", OneLine(what))
     }
 }
 

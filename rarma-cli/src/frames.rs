@@ -4,7 +4,9 @@ use crate::speech::shown;
 use rarma_core::guard::{FaultRecord, Severity};
 use rarma_core::ldbb::Proof;
 use rarma_core::settings::find;
-use rarma_core::wire::{Answer, CircleMessage, Deframer, ExcitationMessage, FrameError, Telemetry};
+use rarma_core::wire::{
+    Answer, CircleMessage, Deframer, ExcitationMessage, FrameError, Head, Telemetry,
+};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -12,7 +14,8 @@ use std::collections::BTreeMap;
 #[derive(Debug, Default)]
 pub struct FrameReader {
     deframer: Deframer,
-    expected: Option<u16>,
+    /// Session and number of the next frame, if none is lost.
+    expected: Option<(u32, u32)>,
     /// Frames that were whole.
     pub whole: u64,
     /// Frames that were not.
@@ -24,8 +27,8 @@ pub struct FrameReader {
 }
 
 impl FrameReader {
-    /// Takes bytes; hands on each message with its sequence number.
-    pub fn take(&mut self, bytes: &[u8], mut with: impl FnMut(u16, Telemetry)) {
+    /// Takes bytes; hands on each message with the head of its frame.
+    pub fn take(&mut self, bytes: &[u8], mut with: impl FnMut(Head, Telemetry)) {
         for &byte in bytes {
             match self.deframer.push::<Telemetry>(byte) {
                 None => {}
@@ -35,13 +38,16 @@ impl FrameReader {
                         self.foreign = Some(found);
                     }
                 }
-                Some(Ok((sequence, message))) => {
+                Some(Ok((head, message))) => {
                     self.whole += 1;
-                    if let Some(expected) = self.expected {
-                        self.missing += u64::from(sequence.wrapping_sub(expected));
+                    // In another session the numbers begin again.
+                    if let Some((session, number)) = self.expected
+                        && session == head.session
+                    {
+                        self.missing += u64::from(head.sequence.wrapping_sub(number));
                     }
-                    self.expected = Some(sequence.wrapping_add(1));
-                    with(sequence, message);
+                    self.expected = Some((head.session, head.sequence.wrapping_add(1)));
+                    with(head, message);
                 }
             }
         }
@@ -66,10 +72,12 @@ impl FrameReader {
 
 /// One message as a line of JSON. Written out directly: a detour over a JSON value would make
 /// doubles of singles, and 0.02 would read 0.0199999995529652.
-pub fn to_json(sequence: u16, message: &Telemetry) -> String {
+pub fn to_json(head: Head, message: &Telemetry) -> String {
+    let (session, sequence) = (head.session, head.sequence);
     #[derive(Serialize)]
     struct Line<M> {
-        sequence: u16,
+        session: u32,
+        sequence: u32,
         message: M,
     }
     #[derive(Serialize)]
@@ -80,13 +88,18 @@ pub fn to_json(sequence: u16, message: &Telemetry) -> String {
     let line = match message {
         // Raw samples as numbers, not as bytes.
         Telemetry::Raw(raw) => serde_json::to_string(&Line {
+            session,
             sequence,
             message: Samples::Raw {
                 first: raw.first,
                 samples: raw.samples().collect(),
             },
         }),
-        _ => serde_json::to_string(&Line { sequence, message }),
+        _ => serde_json::to_string(&Line {
+            session,
+            sequence,
+            message,
+        }),
     };
     // Numbers and names only: there is nothing that could not be written.
     line.unwrap_or_default()

@@ -20,6 +20,7 @@ pub mod failure;
 pub mod frames;
 pub mod input;
 pub mod ldbb;
+mod one_line;
 pub mod port;
 pub mod record;
 pub mod report;

@@ -7,6 +7,7 @@ the registers it wrote: a wrong channel, trigger or polarity gives wrong samples
 """
 
 from analog import Analog
+from entropy import Random
 from safety import FlashMemory, Supply
 from serial import Serial
 from timers import BreakTimer, Clock
@@ -77,6 +78,7 @@ class Bus:
         self.analog = Analog(self)
         self.serial = Serial(self)
         self.power = BreakTimer(self)
+        self.random = Random(self, RCC + 0x98)
         self._start("power-on")
 
     def _start(self, cause):
@@ -87,6 +89,7 @@ class Bus:
         self.power.every = every
         self.analog.restart()
         self.parts = [self.clock, self.power, self.analog, self.serial, self.flash, self.supply]
+        self.parts.append(self.random)
         # As delivered: two banks of flash. Then why there was a reset.
         self.register = {FLASH + 0x20: 1 << 22, RCC + 0x94: 1 << RESET_FLAG[cause]}
         self.enabled, self.pended = set(), set()

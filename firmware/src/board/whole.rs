@@ -91,7 +91,7 @@ pub trait Emergency {
 /// The verbs of the whole box. At reset, and before the first call, every output is off:
 /// gate open, switches open, valve shut. That is the hardware's doing (pull-downs).
 ///
-/// No call waits for more than 50 µs except [`Self::wait`] and the flash's.
+/// No call waits for more than 50 µs except [`Self::wait`], [`Self::entropy`] and the flash's.
 pub trait BoxBoard: Emergency {
     /// The board's error.
     type Error: BoardError;
@@ -175,6 +175,11 @@ pub trait BoxBoard: Emergency {
 
     /// The bytes of [`Emergency::keep`], from before the reset; anything after a power-up.
     fn kept(&mut self) -> [u8; KEPT_BYTES];
+
+    /// A number for this moment: not the same in two runs of the box, and not to be foreseen.
+    /// It names the run, so that nothing said in another one counts in this. Asked for a few
+    /// times in a run at most; may take a millisecond. How good it is stands with the board.
+    fn entropy(&mut self) -> u32;
 
     /// The flash and the addresses of it that are the settings': a whole number of
     /// erase sectors, at least 2. A write or erase that returns an error, or that a power

@@ -12,7 +12,7 @@ use rarma_core::guard::{
     Supervisor,
 };
 use rarma_core::settings::{BOX_START, Settings};
-use rarma_core::wire::{Started, Telemetry};
+use rarma_core::wire::{NO_SESSION, Started, Telemetry};
 
 /// What a start has found, to be said once the box is in its place.
 #[derive(Debug, Clone, Copy)]
@@ -46,7 +46,7 @@ impl SensorBox {
             supervisor: Supervisor::new(past),
             listening: Listening::new(B::SAMPLE_RATE_HZ),
             rig: RigDuty::new(plan),
-            tell: Teller::default(),
+            tell: Teller::new(session(board)),
             commands: Commands::default(),
             watch: RigWatch::default(),
             check_ins: CheckIns::new(now_us),
@@ -99,6 +99,14 @@ impl SensorBox {
                 now_us,
             );
         }
+    }
+}
+
+/// The number of this run; never that of no session.
+fn session<B: BoxBoard>(board: &mut B) -> u32 {
+    match board.entropy() {
+        NO_SESSION => 1,
+        drawn => drawn,
     }
 }
 

@@ -74,6 +74,11 @@ impl RigLink {
         std::mem::take(&mut self.to_host)
     }
 
+    /// What the host has not taken yet.
+    pub(super) fn waiting_for_host(&self) -> &[u8] {
+        &self.to_host
+    }
+
     /// Bytes the box has not taken yet.
     pub fn waiting(&self) -> usize {
         self.to_box.len()

@@ -26,16 +26,19 @@ impl SimBox {
     /// Power comes on.
     pub fn new(mut rig: SimRig) -> Self {
         let app = SensorBox::start(&mut rig);
+        // Whoever is at the other end has heard the box start.
+        let mut host = SimHost::default();
+        host.greet(rig.link.waiting_for_host());
         Self {
             rig,
-            host: SimHost::default(),
+            host,
             app,
             resets: 0,
         }
     }
 
     /// The host sends a command; its sequence number.
-    pub fn send(&mut self, command: &Command) -> u16 {
+    pub fn send(&mut self, command: &Command) -> u32 {
         let (sequence, bytes) = self.host.command(command);
         self.rig.link.host_sends(&bytes);
         sequence
@@ -118,7 +121,6 @@ impl SimBox {
     fn reset(&mut self, cause: ResetCause) {
         self.rig.restart(cause);
         self.app = SensorBox::start(&mut self.rig);
-        self.host.expect_anew();
         self.resets += 1;
     }
 }

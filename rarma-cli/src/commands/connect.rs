@@ -7,7 +7,9 @@ use crate::port::Port;
 use crate::speech;
 use console::Term;
 use rarma_core::settings::SETTINGS;
-use rarma_core::wire::{Answer, Command, MAX_FRAME, Status, Telemetry, Verdict, encode};
+use rarma_core::wire::{
+    Answer, Command, Head, MAX_FRAME, NO_SESSION, Status, Telemetry, Verdict, encode,
+};
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{self, BufRead, IsTerminal, Write};
@@ -32,10 +34,11 @@ pub(super) fn main(args: &ConnectArgs) -> Result<u8, Failure> {
         port: Port::open(&args.port, args.baud)?,
         reader: FrameReader::default(),
         record: args.record.as_ref().map(File::create).transpose()?,
+        session: NO_SESSION,
         sequence: 0,
         waiting: Vec::new(),
     };
-    if let Port::File(_) | Port::Input = talk.port {
+    if !talk.port.answers() {
         return Err(Failure::Usage(format!(
             "{}: a box is needed that answers; use `rarma decode` for a file",
             args.port
@@ -53,14 +56,16 @@ struct Talk {
     port: Port,
     reader: FrameReader,
     record: Option<File>,
-    sequence: u16,
-    waiting: Vec<(u16, Command, Instant)>,
+    /// The run of the box that commands are made for: that of the last frame.
+    session: u32,
+    sequence: u32,
+    waiting: Vec<(u32, Command, Instant)>,
 }
 
 impl Talk {
     fn ask(&mut self, command: Command) -> Result<(), Failure> {
         let mut buffer = [0; MAX_FRAME];
-        let frame = encode(&command, self.sequence, &mut buffer)
+        let frame = encode(&command, self.session, self.sequence, &mut buffer)
             .map_err(|why| Failure::System(format!("a command cannot be sent: {why:?}")))?;
         self.port.send(frame)?;
         if command != Command::Heartbeat {
@@ -71,7 +76,7 @@ impl Talk {
     }
 
     /// What has come; false once the box is gone.
-    fn listen(&mut self, mut with: impl FnMut(u16, Telemetry)) -> Result<bool, Failure> {
+    fn listen(&mut self, mut with: impl FnMut(Head, Telemetry)) -> Result<bool, Failure> {
         let mut bytes = [0; 4096];
         let Some(n) = self.port.read(&mut bytes)? else {
             return Ok(true);
@@ -80,19 +85,20 @@ impl Talk {
         if let Some(file) = &mut self.record {
             file.write_all(came)?;
         }
-        let waiting = &mut self.waiting;
-        self.reader.take(came, |sequence, message| {
+        let (waiting, session) = (&mut self.waiting, &mut self.session);
+        self.reader.take(came, |head, message| {
+            *session = head.session;
             if let Telemetry::Reply(reply) = &message {
                 waiting.retain(|(to, ..)| *to != reply.to);
             }
-            with(sequence, message);
+            with(head, message);
         });
         Ok(n > 0)
     }
 
     /// Commands without an answer after [`ANSWER`].
     fn unanswered(&mut self) -> Vec<Command> {
-        let late = |(_, command, at): &(u16, Command, Instant)| {
+        let late = |(_, command, at): &(u32, Command, Instant)| {
             (at.elapsed() > ANSWER).then_some(*command)
         };
         let lost = self.waiting.iter().filter_map(late).collect();
@@ -103,6 +109,10 @@ impl Talk {
 
 fn settings(talk: &mut Talk) -> Result<u8, Failure> {
     let mut found = vec![None; SETTINGS.len()];
+    // Whatever the box says names the session that the questions are for.
+    talk.ask(Command::Identify)?;
+    let asked = Instant::now();
+    while talk.session == NO_SESSION && asked.elapsed() < ANSWER && talk.listen(|_, _| {})? {}
     for (k, setting) in SETTINGS.iter().enumerate() {
         // Asked three times: a link may lose a frame.
         for _ in 0..3 {
@@ -178,9 +188,9 @@ fn live(talk: &mut Talk, args: &ConnectArgs, first: &[Command]) -> Result<u8, Fa
             },
             Err(TryRecvError::Empty | TryRecvError::Disconnected) => {}
         }
-        let here = talk.listen(|sequence, message| {
+        let here = talk.listen(|head, message| {
             if args.json {
-                say!("{}", to_json(sequence, &message));
+                say!("{}", to_json(head, &message));
             } else {
                 view.take(&message);
             }

@@ -18,10 +18,10 @@ pub(super) fn main(args: &DecodeArgs) -> Result<u8, Failure> {
         if n == 0 {
             break;
         }
-        reader.take(&bytes[..n], |sequence, message| {
+        reader.take(&bytes[..n], |head, message| {
             raw.take(&message);
             if args.json {
-                say!("{}", to_json(sequence, &message));
+                say!("{}", to_json(head, &message));
             } else if let Some(text) = words(&message) {
                 say!("{text}");
             }

@@ -61,7 +61,12 @@ pub(super) fn main(args: &BoxArgs) -> Result<u8, Failure> {
     }
     let name = args.sim.as_deref().unwrap_or_default();
     let at_work = scenario::load_box(name, args.seed)?;
-    let mut all = SimBox::new(rig(&at_work)?);
+    let mut rig = rig(&at_work)?;
+    if args.listen.is_some() {
+        // Other hosts than the scenario's own: they are not to know the session beforehand.
+        rig.draws = rand::random();
+    }
+    let mut all = SimBox::new(rig);
     all.rig.link.noise = at_work.noise;
     all.rig.link.frame_loss = at_work.frame_loss;
     let mut record = args.record.as_ref().map(File::create).transpose()?;
@@ -125,7 +130,7 @@ fn rig(at_work: &AtWork) -> Result<SimRig, Failure> {
     Ok(match &at_work.cut {
         Some(cut) => {
             let cut = VirtualCut::new(&cut.scenario)
-                .map_err(|why| Failure::Input(format!("{}: whole file: {why}", at_work.name)))?;
+                .map_err(|why| Failure::whole(&at_work.name, why, "correct the fields it names"))?;
             SimRig::new(set_up, cut.map(|reading| reading.value))
         }
         None => {
@@ -170,10 +175,10 @@ fn play(
         if let Some(file) = record.as_mut() {
             file.write_all(&bytes)?;
         }
-        reader.take(&bytes, |sequence, message| {
+        reader.take(&bytes, |head, message| {
             summary.take(&message);
             if json {
-                say!("{}", to_json(sequence, &message));
+                say!("{}", to_json(head, &message));
             } else if let Some(text) = shown(&message, &mut last_status) {
                 say!("{now_s:9.3} s  {text}");
             }

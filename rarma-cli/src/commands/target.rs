@@ -77,7 +77,7 @@ pub fn on_chip(elf: &Path, job: &MonitorJob, recording: &Recording) -> Result<Ru
 
     let mut collector = Collector::default();
     let mut deframer = Deframer::default();
-    let mut expected = 0u16;
+    let mut expected = 0;
     for byte in fs::read(at("out.bin")).unwrap_or_default() {
         match deframer.push::<Telemetry>(byte) {
             None => {}
@@ -86,13 +86,14 @@ pub fn on_chip(elf: &Path, job: &MonitorJob, recording: &Recording) -> Result<Ru
                     "a frame of the image is broken: {why:?}"
                 )));
             }
-            Some(Ok((sequence, message))) => {
-                if sequence != expected {
+            Some(Ok((head, message))) => {
+                if head.sequence != expected {
                     return Err(Failure::System(format!(
-                        "frames of the image are missing: {expected} expected, {sequence} found"
+                        "frames of the image are missing: {expected} expected, {} found",
+                        head.sequence
                     )));
                 }
-                expected = expected.wrapping_add(1);
+                expected += 1;
                 collector.take(&message);
             }
         }

@@ -2,7 +2,7 @@
 //!
 //! Every command is one frame and gets one [`Reply`] with the command's sequence number. A
 //! frame that comes twice (same number, same bytes, within a second) is carried out once and answered
-//! twice. A frame that is whole but not a command is refused by its number; one that is
+//! twice. A frame made for another session is refused, but for [`Command::Identify`]. A frame that is whole but not a command is refused by its number; one that is
 //! not whole cannot be answered: it is counted and told.
 
 use crate::cers::{ExcitationJob, OutOfReach};
@@ -83,7 +83,7 @@ pub enum Command {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Reply {
     /// Sequence number of the command.
-    pub to: u16,
+    pub to: u32,
     /// What came of it.
     pub answer: Answer,
 }
@@ -111,6 +111,9 @@ pub enum Refused {
         /// The box's.
         box_version: u8,
     },
+    /// Made for another session: the box has started anew since, or the host does not know it
+    /// yet. The answer's head names the box's.
+    Session,
     /// Not now.
     Denied(Denial),
     /// The setting is unknown or its value is not allowed.

@@ -1,13 +1,14 @@
 //! Frames: how a message travels over a byte link.
 //!
 //! ```text
-//! COBS( magic "RA" | version u8 | sequence u16 LE | postcard body | CRC-16 LE ) 0x00
+//! COBS( magic "RA" | version u8 | session u32 LE | sequence u32 LE | postcard body | CRC-16 LE ) 0x00
 //! ```
 //!
 //! The zero byte ends a frame and occurs nowhere else, so a receiver that starts
 //! in the middle, or loses bytes, is back in step at the next frame. The CRC is
-//! CRC-16/IBM-SDLC over everything before it. A sequence number that jumps tells
-//! of lost frames.
+//! CRC-16/IBM-SDLC over everything before it. The session is the number of one run of the
+//! box, drawn at its start: frames of two runs are never taken for one stream, and a command
+//! is for the run it names. A sequence number that jumps tells of lost frames.
 
 use crc::{CRC_16_IBM_SDLC, Crc};
 use serde::Serialize;
@@ -16,13 +17,18 @@ use serde::de::DeserializeOwned;
 /// First two bytes of every frame.
 pub const MAGIC: [u8; 2] = *b"RA";
 /// Version of the messages; a receiver refuses any other by name.
-pub const VERSION: u8 = 4;
+pub const VERSION: u8 = 5;
 /// Longest frame on the wire, bytes, the closing zero included.
 pub const MAX_FRAME: usize = 320;
 /// Longest frame before it is stuffed.
 const MAX_PLAIN: usize = MAX_FRAME - 4;
-const HEAD: usize = 5;
+const HEAD: usize = 11;
+/// The part of the head that every version has: magic and version.
+const VERSIONED: usize = 3;
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_SDLC);
+
+/// No session: what a host says that does not know the box's yet. No box draws it.
+pub const NO_SESSION: u32 = 0;
 
 /// Why bytes are not a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,21 +52,23 @@ pub enum FrameError {
     Body,
 }
 
-/// Writes one frame into `out` and returns its bytes, the closing zero included.
+/// Writes one frame of a session into `out` and returns its bytes, the closing zero included.
 ///
 /// # Errors
 /// [`FrameError::TooLong`] if the message does not fit.
 pub fn encode<'a, M: Serialize>(
     message: &M,
-    sequence: u16,
+    session: u32,
+    sequence: u32,
     out: &'a mut [u8; MAX_FRAME],
 ) -> Result<&'a [u8], FrameError> {
     // Checked access throughout: this runs where a panic would stop the samples.
     let long = FrameError::TooLong;
     let mut plain = [0u8; MAX_PLAIN];
-    let [s0, s1] = sequence.to_le_bytes();
+    let ([r0, r1, r2, r3], [s0, s1, s2, s3]) = (session.to_le_bytes(), sequence.to_le_bytes());
     let (head, body) = plain.split_first_chunk_mut::<HEAD>().ok_or(long)?;
-    *head = [MAGIC[0], MAGIC[1], VERSION, s0, s1];
+    let [m0, m1] = MAGIC;
+    *head = [m0, m1, VERSION, r0, r1, r2, r3, s0, s1, s2, s3];
     let room = body.get_mut(..MAX_PLAIN - HEAD - 2).ok_or(long)?;
     let used = HEAD + postcard::to_slice(message, room).map_err(|_| long)?.len();
     let crc = CRC.checksum(plain.get(..used).ok_or(long)?);
@@ -75,20 +83,22 @@ pub fn encode<'a, M: Serialize>(
     out.get(..=stuffed).ok_or(long)
 }
 
-/// Reads one frame without its closing zero; returns the sequence number and the
-/// message.
+/// Reads one frame without its closing zero; returns its head and the message.
 ///
 /// # Errors
 /// See [`FrameError`]; the bytes are garbled, of another version or another kind.
-pub fn decode<M: DeserializeOwned>(stuffed: &[u8]) -> Result<(u16, M), FrameError> {
+pub fn decode<M: DeserializeOwned>(stuffed: &[u8]) -> Result<(Head, M), FrameError> {
     let mut plain = [0u8; MAX_FRAME];
     let content = unwrapped(stuffed, &mut plain)?;
-    if content[2] != VERSION {
-        return Err(FrameError::Version { found: content[2] });
+    let head = Head::of(content)?;
+    if head.version != VERSION {
+        return Err(FrameError::Version {
+            found: head.version,
+        });
     }
-    let sequence = u16::from_le_bytes([content[3], content[4]]);
-    let message = postcard::from_bytes(&content[HEAD..]).map_err(|_| FrameError::Body)?;
-    Ok((sequence, message))
+    let body = content.get(HEAD..).ok_or(FrameError::TooShort)?;
+    let message = postcard::from_bytes(body).map_err(|_| FrameError::Body)?;
+    Ok((head, message))
 }
 
 /// What can be told of a frame that is whole (its CRC matches), whatever its body is.
@@ -96,10 +106,32 @@ pub fn decode<M: DeserializeOwned>(stuffed: &[u8]) -> Result<(u16, M), FrameErro
 pub struct Head {
     /// Version of the messages.
     pub version: u8,
-    /// Sequence number.
-    pub sequence: u16,
+    /// The run of the box it belongs to; 0 in a frame of another version.
+    pub session: u32,
+    /// Sequence number; 0 in a frame of another version.
+    pub sequence: u32,
     /// CRC of everything before it: tells a doubled frame from a new one.
     pub crc: u16,
+}
+
+impl Head {
+    fn of(content: &[u8]) -> Result<Self, FrameError> {
+        match *content {
+            [_, _, version, ..] if version != VERSION => Ok(Self {
+                version,
+                session: NO_SESSION,
+                sequence: 0,
+                crc: CRC.checksum(content),
+            }),
+            [_, _, version, r0, r1, r2, r3, s0, s1, s2, s3, ..] => Ok(Self {
+                version,
+                session: u32::from_le_bytes([r0, r1, r2, r3]),
+                sequence: u32::from_le_bytes([s0, s1, s2, s3]),
+                crc: CRC.checksum(content),
+            }),
+            _ => Err(FrameError::TooShort),
+        }
+    }
 }
 
 /// Reads the head of a frame without its closing zero.
@@ -108,15 +140,7 @@ pub struct Head {
 /// The bytes are no whole frame of any version.
 pub fn head(stuffed: &[u8]) -> Result<Head, FrameError> {
     let mut plain = [0u8; MAX_FRAME];
-    let content = unwrapped(stuffed, &mut plain)?;
-    match *content {
-        [_, _, version, low, high, ..] => Ok(Head {
-            version,
-            sequence: u16::from_le_bytes([low, high]),
-            crc: CRC.checksum(content),
-        }),
-        _ => Err(FrameError::TooShort),
-    }
+    Head::of(unwrapped(stuffed, &mut plain)?)
 }
 
 /// Head and body of a whole frame, without its CRC.
@@ -128,7 +152,7 @@ fn unwrapped<'a>(stuffed: &[u8], plain: &'a mut [u8; MAX_FRAME]) -> Result<&'a [
         .map_err(|_| FrameError::Stuffing)?
         .frame_size();
     let plain = plain.get(..n).ok_or(FrameError::Stuffing)?;
-    if plain.len() < HEAD + 2 {
+    if plain.len() < VERSIONED + 2 {
         return Err(FrameError::TooShort);
     }
     let (content, crc) = plain.split_at(plain.len() - 2);
@@ -162,7 +186,7 @@ impl Default for Deframer {
 impl Deframer {
     /// Takes one byte; at the end of a frame, gives what it held. A frame longer
     /// than [`MAX_FRAME`] is dropped as a whole and reported as too long.
-    pub fn push<M: DeserializeOwned>(&mut self, byte: u8) -> Option<Result<(u16, M), FrameError>> {
+    pub fn push<M: DeserializeOwned>(&mut self, byte: u8) -> Option<Result<(Head, M), FrameError>> {
         self.collect(byte).map(|stuffed| decode(stuffed?))
     }
 
@@ -213,10 +237,16 @@ mod tests {
     #[test]
     fn round_trip_and_refusals() {
         let mut out = [0; MAX_FRAME];
-        let frame = encode(&message(7), 42, &mut out).unwrap().to_vec();
+        let frame = encode(&message(7), 0xAB00_CDEF, 0x1_002A, &mut out)
+            .unwrap()
+            .to_vec();
         assert_eq!(frame.iter().filter(|&&b| b == 0).count(), 1);
         let stuffed = &frame[..frame.len() - 1];
-        assert_eq!(decode(stuffed), Ok((42, message(7))));
+        let (head, back) = decode::<Telemetry>(stuffed).unwrap();
+        assert_eq!(back, message(7));
+        assert_eq!((head.version, head.session), (VERSION, 0xAB00_CDEF));
+        assert_eq!(head.sequence, 0x1_002A);
+        assert_eq!(super::head(stuffed), Ok(head));
 
         let mut plain = vec![0; 400];
         let n = cobs::decode(stuffed, &mut plain).unwrap().frame_size();
@@ -241,6 +271,15 @@ mod tests {
             Err(FrameError::Crc)
         );
         assert_eq!(decode::<Telemetry>(&[1]), Err(FrameError::TooShort));
+
+        // A frame of version 4 is shorter than a head of this one, and is refused by name.
+        let mut old = b"RA\x04\x07\x00\x00".to_vec();
+        let crc = CRC.checksum(&old).to_le_bytes();
+        old.extend(crc);
+        let old = restuff(&old);
+        assert_eq!(super::head(&old).unwrap().version, 4);
+        let refused = decode::<Telemetry>(&old);
+        assert_eq!(refused, Err(FrameError::Version { found: 4 }));
     }
 
     proptest! {
@@ -249,7 +288,7 @@ mod tests {
             garbage in proptest::collection::vec(any::<u8>(), 0..900)
         ) {
             let mut out = [0; MAX_FRAME];
-            let frame = encode(&message(1), 2, &mut out).unwrap();
+            let frame = encode(&message(1), 77, 2, &mut out).unwrap();
             let mut deframer = Deframer::default();
             let mut last = None;
             for &b in garbage.iter().chain(&[0]).chain(frame) {
@@ -257,13 +296,14 @@ mod tests {
                     last = Some(result);
                 }
             }
-            prop_assert_eq!(last, Some(Ok((2, message(1)))));
+            let (head, back) = last.unwrap().unwrap();
+            prop_assert_eq!(((head.session, head.sequence), back), ((77, 2), message(1)));
         }
 
         #[test]
         fn a_cut_frame_is_never_taken_for_a_message(cut in 1usize..30) {
             let mut out = [0; MAX_FRAME];
-            let frame = encode(&message(3), 5, &mut out).unwrap();
+            let frame = encode(&message(3), 77, 5, &mut out).unwrap();
             let keep = frame.len().saturating_sub(1 + cut);
             prop_assert!(decode::<Telemetry>(&frame[..keep]).is_err());
         }

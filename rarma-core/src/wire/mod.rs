@@ -15,7 +15,9 @@ pub use command::{
     SettingMessage, Started, Status,
 };
 pub use excitation::{EndMessage, ExcitationMessage, LineMessage};
-pub use frame::{Deframer, FrameError, Head, MAGIC, MAX_FRAME, VERSION, decode, encode, head};
+pub use frame::{
+    Deframer, FrameError, Head, MAGIC, MAX_FRAME, NO_SESSION, VERSION, decode, encode, head,
+};
 pub use message::{
     AlarmMessage, AmplitudeMessage, Finished, HistogramMessage, ModeMessage, MonitorJob, Notice,
     NoticeMessage, Refusal, SpindleMessage, Telemetry, Verdict,

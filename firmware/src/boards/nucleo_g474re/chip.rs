@@ -5,7 +5,7 @@ use super::link::Link;
 use super::samples::{self, Microphones};
 use super::settings_flash::SettingsFlash;
 use super::tacho::Tacho;
-use super::{bridges, injected, supply, timing};
+use super::{bridges, injected, random, supply, timing};
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, InjectedTrigger};
@@ -15,7 +15,9 @@ use embassy_stm32::flash::Flash;
 use embassy_stm32::gpio::{AfType, Flex, Input, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::opamp::{OpAmp, OpAmpSpeed};
 use embassy_stm32::pac;
-use embassy_stm32::rcc::{Hse, HseMode, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk, mux};
+use embassy_stm32::rcc::{
+    Hse, HseMode, Hsi48Config, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk, mux,
+};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::complementary_pwm::{ComplementaryPwm, ComplementaryPwmPin};
 use embassy_stm32::timer::simple_pwm::PwmPin;
@@ -91,6 +93,7 @@ impl Nucleo {
         let mut watchdog = IndependentWatchdog::new(chip.IWDG, WATCHDOG_US as u32);
         watchdog.unleash();
         clock::start(chip.TIM2);
+        random::start();
 
         let mut valve = DacChannel::new_blocking(chip.DAC1, pins.valve);
         valve.set(Value::Bit12Right(0));
@@ -274,7 +277,8 @@ fn clock_tree() -> embassy_stm32::Config {
         freq: Hertz(timing::CRYSTAL_HZ),
         mode: HseMode::Oscillator,
     });
-    rcc.hsi48 = None;
+    // For the random number generator.
+    rcc.hsi48 = Some(Hsi48Config::new());
     rcc.pll = Some(Pll {
         source: PllSource::HSE,
         prediv: PllPreDiv::DIV5,

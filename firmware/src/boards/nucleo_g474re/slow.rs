@@ -4,7 +4,7 @@ use super::chip::{self, Nucleo};
 use super::samples::Stopped;
 use super::settings_flash::{self, SettingsFlash};
 use super::timing::{PWM_HZ, SAMPLE_HZ, TICK_HZ};
-use super::{bridges, clock, injected, scaling, supply};
+use super::{bridges, clock, injected, random, scaling, supply};
 use crate::board::{
     Block, BoardError, BoardErrorKind, BoxBoard, Contacts, DacCode, Emergency, Lights, Pulse,
     ResetCause, SensorCodes,
@@ -186,6 +186,10 @@ impl BoxBoard for Nucleo {
 
     fn kept(&mut self) -> [u8; KEPT_BYTES] {
         self.kept
+    }
+
+    fn entropy(&mut self) -> u32 {
+        random::number()
     }
 
     fn flash(&mut self) -> (&mut Self::Flash, Range<u32>) {

@@ -119,6 +119,10 @@ pub struct SimRig {
     fed_us: u64,
     cause: ResetCause,
     kept: [u8; KEPT_BYTES],
+    /// What [`firmware::BoxBoard::entropy`] is drawn from: the seed unless it is set, so that a
+    /// scenario can be run again bit by bit. It moves on with every number drawn and outlives
+    /// a reset. Whoever knows it foresees every session.
+    pub draws: u64,
     /// Flash of the settings.
     pub flash: SimFlash,
     /// The link.
@@ -186,6 +190,7 @@ impl SimRig {
             fed_us: 0,
             cause: ResetCause::PowerOn,
             kept: [0xA5; KEPT_BYTES],
+            draws: set_up.seed,
             flash: SimFlash::default(),
             link: RigLink::new(set_up.seed.wrapping_add(1)),
             reset: None,

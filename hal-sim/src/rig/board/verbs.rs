@@ -9,6 +9,8 @@ use firmware::board::{
 };
 use firmware::current_loop::{CoilOrder, CoilReport};
 use firmware::{Block, BoardErrorKind, BoxBoard};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use rarma_core::cers::Source;
 use rarma_core::guard::KEPT_BYTES;
 use std::ops::Range;
@@ -182,6 +184,12 @@ impl BoxBoard for SimRig {
 
     fn kept(&mut self) -> [u8; KEPT_BYTES] {
         self.kept
+    }
+
+    fn entropy(&mut self) -> u32 {
+        let mut generator = ChaCha8Rng::seed_from_u64(self.draws);
+        self.draws = generator.random();
+        generator.random()
     }
 
     fn flash(&mut self) -> (&mut SimFlash, Range<u32>) {
