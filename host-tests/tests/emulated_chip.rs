@@ -49,6 +49,7 @@ fn demo_cut(seconds: f64) -> (Recording, MonitorConfig) {
         step: None,
         channel: 0,
         channels: 1,
+        gaps: Vec::new(),
         notices: Vec::new(),
     };
     (recording, config)

@@ -2,6 +2,7 @@
 
 mod cers;
 mod els;
+mod files;
 mod ldbb;
 mod psd;
 mod sensor_box;
@@ -31,7 +32,8 @@ pub struct Cli {
 
 const EXIT_CODES: &str = "Exit codes: 0 done; 1 chatter was found (monitor, target, box) or outputs were switched off (box); \
 2 wrong usage; 3 bad input, with one line naming file, place and reason; \
-4 something else is missing or failed.";
+4 something else is missing or failed, such as a write to a full disk; \
+141 whoever read standard output has gone away.";
 
 /// The commands.
 #[derive(Debug, Subcommand)]
@@ -93,6 +95,9 @@ pub struct InputArgs {
     /// Sampling rate in Hz, where the file does not say it.
     #[arg(long, value_parser = positive)]
     pub fs: Option<f64>,
+    /// Stream of a record of a box (.frames) that holds several, counted from 1.
+    #[arg(long, value_name = "N", value_parser = sensor_box::stream)]
+    pub stream: Option<usize>,
 }
 
 /// Options of `monitor` and `target`.

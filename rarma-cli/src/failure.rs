@@ -14,6 +14,9 @@ pub enum Failure {
     /// Something outside the input went wrong (a tool is missing, a disk full):
     /// exit code 4.
     System(String),
+    /// Whoever read standard output has gone away (`| head`): the command ends as one that
+    /// the system ends for it, exit code 141 (128 + SIGPIPE), without a word.
+    Closed,
 }
 
 impl Failure {
@@ -33,13 +36,17 @@ impl Failure {
             Self::Usage(_) => 2,
             Self::Input(_) => 3,
             Self::System(_) => 4,
+            Self::Closed => 141,
         }
     }
 }
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (Self::Usage(what) | Self::Input(what) | Self::System(what)) = self;
+        let what = match self {
+            Self::Usage(what) | Self::Input(what) | Self::System(what) => what.as_str(),
+            Self::Closed => "the reader of standard output has gone away",
+        };
         write!(f, "{}", OneLine(what))
     }
 }

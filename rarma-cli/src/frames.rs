@@ -8,7 +8,6 @@ use rarma_core::wire::{
     Answer, CircleMessage, Deframer, ExcitationMessage, FrameError, Head, Telemetry,
 };
 use serde::Serialize;
-use std::collections::BTreeMap;
 
 /// Takes bytes, gives messages, and counts what is lost.
 #[derive(Debug, Default)]
@@ -22,6 +21,8 @@ pub struct FrameReader {
     pub broken: u64,
     /// Frames missing by their numbers.
     pub missing: u64,
+    /// Runs of the box the frames are of: it was started anew between them.
+    pub runs: u64,
     /// Version of frames that another version of the protocol made.
     pub foreign: Option<u8>,
 }
@@ -41,10 +42,14 @@ impl FrameReader {
                 Some(Ok((head, message))) => {
                     self.whole += 1;
                     // In another session the numbers begin again.
-                    if let Some((session, number)) = self.expected
-                        && session == head.session
-                    {
-                        self.missing += u64::from(head.sequence.wrapping_sub(number));
+                    match self.expected {
+                        Some((session, number)) if session == head.session => {
+                            let jump = head.sequence.wrapping_sub(number);
+                            if jump <= u32::MAX / 2 {
+                                self.missing += u64::from(jump);
+                            }
+                        }
+                        _ => self.runs += 1,
                     }
                     self.expected = Some((head.session, head.sequence.wrapping_add(1)));
                     with(head, message);
@@ -61,9 +66,13 @@ impl FrameReader {
                 rarma_core::wire::VERSION
             ));
         }
-        (self.broken + self.missing > 0).then(|| {
+        (self.broken + self.missing > 0 || self.runs > 1).then(|| {
+            let runs = match self.runs {
+                0 | 1 => String::new(),
+                n => format!(", of {n} runs of the box"),
+            };
             format!(
-                "{} frames, {} broken, {} missing",
+                "{} frames, {} broken, {} missing{runs}",
                 self.whole, self.broken, self.missing
             )
         })
@@ -215,49 +224,6 @@ pub fn answer_words(answer: &Answer) -> String {
                 .map_or("not stored".to_owned(), |v| format!("stored {}", shown(v)));
             format!("{name} = {} {unit} ({stored})", shown(s.value))
         }
-    }
-}
-
-/// Raw samples put together again by their numbers.
-#[derive(Debug, Default)]
-pub struct RawSamples {
-    blocks: BTreeMap<u64, Vec<f32>>,
-    /// Rate, Hz, where a message said it.
-    pub fs_hz: Option<f64>,
-}
-
-impl RawSamples {
-    /// Takes what there is in a message.
-    pub fn take(&mut self, message: &Telemetry) {
-        match message {
-            Telemetry::Started { fs_hz, .. } => self.fs_hz = Some(*fs_hz),
-            Telemetry::Reply(reply) => {
-                if let Answer::Identity(id) = &reply.answer {
-                    self.fs_hz = Some(f64::from(id.sample_rate_hz));
-                }
-            }
-            Telemetry::Hello(id) => self.fs_hz = Some(f64::from(id.sample_rate_hz)),
-            Telemetry::Raw(raw) => {
-                self.blocks.insert(raw.first, raw.samples().collect());
-            }
-            _ => {}
-        }
-    }
-
-    /// All samples in order of time, and how many are missing between them: zeros stand
-    /// there, which no listener takes for sound.
-    pub fn joined(&self) -> (Vec<f32>, u64) {
-        let mut out = Vec::new();
-        let mut missing = 0;
-        let mut next = None;
-        for (first, samples) in &self.blocks {
-            let gap = next.map_or(0, |next: u64| first.saturating_sub(next));
-            missing += gap;
-            out.resize(out.len() + gap as usize, 0.0);
-            out.extend_from_slice(samples);
-            next = Some(first + samples.len() as u64);
-        }
-        (out, missing)
     }
 }
 

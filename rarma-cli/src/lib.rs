@@ -2,11 +2,22 @@
 //!
 //! Files and screens live here; arithmetic does not.
 
-/// Prints a line for people. A reader that has gone away (`| head`) is no failure.
+#![warn(clippy::print_stdout)]
+
+/// Prints a line. That it could not be written is told when the command ends, see
+/// [`output::stdout`].
 macro_rules! say {
+    ($($text:tt)*) => {
+        $crate::output::stdout::line(format_args!($($text)*))
+    };
+}
+
+/// Standard error: where it cannot be written there is nobody to tell, and no reason to end
+/// the work, as the standard library's own would.
+macro_rules! eprintln {
     ($($text:tt)*) => {{
         use std::io::Write as _;
-        let _ = writeln!(std::io::stdout(), $($text)*);
+        let _ = writeln!(std::io::stderr(), $($text)*);
     }};
 }
 
@@ -21,7 +32,9 @@ pub mod frames;
 pub mod input;
 pub mod ldbb;
 mod one_line;
+pub mod output;
 pub mod port;
+pub mod raw_streams;
 pub mod record;
 pub mod report;
 pub mod scenario;

@@ -1,15 +1,34 @@
 //! `rarma`: listens to machine tools.
 
 use clap::Parser;
+use rarma_cli::Failure;
 use rarma_cli::args::Cli;
+use rarma_cli::output::stdout;
+use std::io::Write;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    match rarma_cli::commands::run(&Cli::parse()) {
+    match ended() {
         Ok(code) => ExitCode::from(code),
         Err(failure) => {
-            eprintln!("rarma: {failure}");
+            if failure != Failure::Closed {
+                let _ = writeln!(std::io::stderr(), "rarma: {failure}");
+            }
             ExitCode::from(failure.code())
         }
     }
+}
+
+/// The command's exit code, once the last line it said has left.
+fn ended() -> Result<u8, Failure> {
+    let code = match Cli::try_parse() {
+        Ok(cli) => rarma_cli::commands::run(&cli)?,
+        // Help and version are no errors.
+        Err(help) => {
+            stdout::wrote(help.print())?;
+            help.exit_code() as u8
+        }
+    };
+    stdout::end()?;
+    Ok(code)
 }

@@ -13,7 +13,7 @@ pub struct BoxArgs {
     /// Seed of everything random, in place of the scenario's.
     #[arg(long)]
     pub seed: Option<u64>,
-    /// Keep every byte the box sends.
+    /// Keep every byte the box sends, after what the file holds already.
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
     /// Serve the box on a socket in real time, for `rarma connect tcp:HOST:PORT`, in place of
@@ -48,9 +48,14 @@ pub struct DecodeArgs {
     /// One JSON object a message on standard output.
     #[arg(long)]
     pub json: bool,
-    /// Write the raw samples in the frames into a WAV.
+    /// Write the raw samples in the frames into a WAV; the second stream and those after it
+    /// into files of their own, FILE-2 and so on.
     #[arg(long, value_name = "FILE")]
     pub wav: Option<PathBuf>,
+    /// Write this stream only, counted from 1: a restart of the box or a gap of more than a
+    /// second begins a new one.
+    #[arg(long, value_name = "N", requires = "wav", value_parser = stream)]
+    pub stream: Option<usize>,
 }
 
 /// Options of `connect`.
@@ -67,7 +72,8 @@ pub struct ConnectArgs {
     /// Print every setting of the box, and go.
     #[arg(long)]
     pub settings: bool,
-    /// Keep every byte the box sends; `rarma decode` reads it, and `rarma monitor` if its name
+    /// Keep every byte the box sends, after what the file holds already; `rarma decode` reads
+    /// it, and `rarma monitor` if its name
     /// ends in .frames and it holds raw samples.
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
@@ -80,4 +86,10 @@ pub struct ConnectArgs {
     /// One JSON object a message on standard output.
     #[arg(long)]
     pub json: bool,
+}
+
+/// A stream of a record, counted from 1.
+pub(super) fn stream(text: &str) -> Result<usize, String> {
+    let number = text.parse().ok().filter(|n| *n > 0);
+    number.ok_or("must be a whole number from 1 on".to_owned())
 }

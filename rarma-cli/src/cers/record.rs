@@ -5,6 +5,8 @@
 //! sensors; read by the same reader as the scenarios.
 
 use super::drive::Drive;
+use crate::failure::Failure;
+use crate::output::{self, NewFile, WavFile};
 use rarma_core::cers::{AxisForce, Eddy, Magnet};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -173,16 +175,15 @@ impl CersRecord {
     ///
     /// # Errors
     /// The folder or a file cannot be written.
-    pub fn write(&self, dir: &Path) -> std::io::Result<()> {
-        std::fs::create_dir_all(dir)?;
+    pub fn write(&self, dir: &Path) -> Result<(), Failure> {
+        output::folder(dir)?;
         let spec = hound::WavSpec {
             channels: CHANNELS.len() as u16,
             sample_rate: self.setup.rate_hz.round() as u32,
             bits_per_sample: 32,
             sample_format: hound::SampleFormat::Float,
         };
-        let wrong = |why: hound::Error| std::io::Error::other(why);
-        let mut wav = hound::WavWriter::create(dir.join("signals.wav"), spec).map_err(wrong)?;
+        let mut wav = WavFile::create(&dir.join("signals.wav"), spec)?;
         for n in 0..self.len() {
             let r = self.revolutions[n];
             let lists = self
@@ -192,11 +193,12 @@ impl CersRecord {
                 .chain(&self.displacement_m)
                 .chain(&self.acceleration_m_per_s2);
             for x in lists.map(|list| list[n]).chain([r - r.floor()]) {
-                wav.write_sample(x as f32).map_err(wrong)?;
+                wav.sample(x as f32)?;
             }
         }
-        wav.finalize().map_err(wrong)?;
-        std::fs::write(dir.join("record.toml"), self.setup.text())
+        let text = self.setup.text();
+        let text = NewFile::whole(&dir.join("record.toml"), text.as_bytes())?;
+        output::keep(vec![wav.finish(None)?, text])
     }
 }
 

@@ -13,6 +13,7 @@ pub(super) fn open(args: &MonitorArgs, channel: usize) -> Result<Recording, Fail
     let options = ReadOptions {
         channel,
         fs: args.input.fs,
+        stream: args.input.stream,
         check: false,
     };
     Ok(input::read(&args.input.input, &options)?)

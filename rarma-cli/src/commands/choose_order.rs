@@ -9,6 +9,7 @@ use super::{monitor, show};
 use crate::args::{ChooseOrderArgs, Detrend, Method};
 use crate::ear::{self, Forced, Heard};
 use crate::failure::Failure;
+use crate::output;
 use crate::scenario::{self, Loaded};
 use hal_sim::plant::delay::{DepthSearch, Root};
 use hal_sim::plant::truth::{limit_of, roots};
@@ -19,7 +20,6 @@ use rarma_core::wire::MonitorJob;
 use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::json;
-use std::fs;
 use std::path::Path;
 
 /// Roots damped more than this are no vibration that a model of low order finds.
@@ -396,5 +396,5 @@ fn write_settings(path: &Path, job: &MonitorJob) -> Result<(), Failure> {
             .map_err(|why| Failure::System(format!("{}: {why}", path.display())))?
             .to_vec()
     };
-    Ok(fs::write(path, bytes)?)
+    output::write(path, bytes)
 }

@@ -3,6 +3,7 @@
 use crate::args::ConnectArgs;
 use crate::failure::Failure;
 use crate::frames::{FrameReader, fault_words, to_json, words};
+use crate::output::{RecordFile, stdout};
 use crate::port::Port;
 use crate::speech;
 use console::Term;
@@ -11,8 +12,7 @@ use rarma_core::wire::{
     Answer, Command, Head, MAX_FRAME, NO_SESSION, Status, Telemetry, Verdict, encode,
 };
 use std::collections::VecDeque;
-use std::fs::File;
-use std::io::{self, BufRead, IsTerminal, Write};
+use std::io::{self, BufRead, IsTerminal};
 use std::sync::mpsc::{self, Receiver, TryRecvError};
 use std::time::{Duration, Instant};
 
@@ -30,20 +30,21 @@ pub(super) fn main(args: &ConnectArgs) -> Result<u8, Failure> {
     for line in &args.say {
         first.push(speech::command(line).map_err(|why| Failure::Usage(format!("--say: {why}")))?);
     }
-    let mut talk = Talk {
-        port: Port::open(&args.port, args.baud)?,
-        reader: FrameReader::default(),
-        record: args.record.as_ref().map(File::create).transpose()?,
-        session: NO_SESSION,
-        sequence: 0,
-        waiting: Vec::new(),
-    };
-    if !talk.port.answers() {
+    let port = Port::open(&args.port, args.baud)?;
+    if !port.answers() {
         return Err(Failure::Usage(format!(
             "{}: a box is needed that answers; use `rarma decode` for a file",
             args.port
         )));
     }
+    let mut talk = Talk {
+        port,
+        reader: FrameReader::default(),
+        record: args.record.as_deref().map(RecordFile::open).transpose()?,
+        session: NO_SESSION,
+        sequence: 0,
+        waiting: Vec::new(),
+    };
     // Ends whatever half frame the line still holds.
     talk.port.send(&[0])?;
     if args.settings {
@@ -55,7 +56,7 @@ pub(super) fn main(args: &ConnectArgs) -> Result<u8, Failure> {
 struct Talk {
     port: Port,
     reader: FrameReader,
-    record: Option<File>,
+    record: Option<RecordFile>,
     /// The run of the box that commands are made for: that of the last frame.
     session: u32,
     sequence: u32,
@@ -83,7 +84,7 @@ impl Talk {
         };
         let came = bytes.get(..n).unwrap_or_default();
         if let Some(file) = &mut self.record {
-            file.write_all(came)?;
+            file.write(came)?;
         }
         let (waiting, session) = (&mut self.waiting, &mut self.session);
         self.reader.take(came, |head, message| {
@@ -195,6 +196,7 @@ fn live(talk: &mut Talk, args: &ConnectArgs, first: &[Command]) -> Result<u8, Fa
                 view.take(&message);
             }
         })?;
+        stdout::check()?;
         if !here {
             view.event("the box is gone".to_owned());
             break;
@@ -207,6 +209,7 @@ fn live(talk: &mut Talk, args: &ConnectArgs, first: &[Command]) -> Result<u8, Fa
             view.draw(&talk.reader)?;
         }
     }
+    talk.record.take().map_or(Ok(()), RecordFile::end)?;
     if let Some(losses) = talk.reader.losses() {
         eprintln!("{}: {losses}", args.port);
     }
@@ -220,7 +223,8 @@ fn live(talk: &mut Talk, args: &ConnectArgs, first: &[Command]) -> Result<u8, Fa
 }
 
 fn typed_lines() -> Receiver<String> {
-    let (send, receive) = mpsc::channel();
+    // Typed faster than said: the keyboard waits.
+    let (send, receive) = mpsc::sync_channel(16);
     std::thread::spawn(move || {
         for line in io::stdin().lock().lines() {
             let Ok(line) = line else { break };

@@ -5,6 +5,7 @@ use super::show;
 use crate::args::DemoArgs;
 use crate::collect::{Collector, News};
 use crate::failure::Failure;
+use crate::output;
 use crate::report::{self, ReportInput};
 use crate::scenario;
 use firmware::App;
@@ -14,7 +15,6 @@ use hal_sim::{Microphone, SimBoard};
 use rarma_core::monitor::MonitorConfig;
 use rarma_core::wire::{Deframer, MonitorJob, Telemetry};
 use std::cell::RefCell;
-use std::fs;
 use std::rc::Rc;
 
 /// The shipped scenario that is played.
@@ -50,8 +50,7 @@ pub(super) fn main(args: &DemoArgs) -> Result<u8, Failure> {
         every_s: EVERY_S,
     };
     let (collector, frames) = play(&mut board, &job, length, &heard)?;
-    fs::create_dir_all(&args.out)?;
-    fs::write(args.out.join("telemetry.bin"), frames)?;
+    output::write_all(&args.out, [("telemetry.bin".to_owned(), frames)])?;
     let run = collector
         .run()
         .ok_or_else(|| Failure::System("the box ended without its last frame".to_owned()))?;

@@ -4,6 +4,7 @@ use super::show;
 use crate::args::LobesArgs;
 use crate::failure::Failure;
 use crate::report::chart::{Chart, Mark, Scale, Series, sheet, table};
+use crate::report::sheet_into;
 use crate::scenario;
 use crate::truth::crossing_word;
 use hal_sim::plant::cut::Process;
@@ -12,7 +13,6 @@ use hal_sim::plant::error::PlantError;
 use hal_sim::plant::truth::{limit_of, zero_order_m};
 use rayon::prelude::*;
 use serde::Serialize;
-use std::fs;
 
 /// Depth at which the scan starts, relative to the largest; ratio of the scan.
 const LEAST: f64 = 0.01;
@@ -80,9 +80,7 @@ pub(super) fn main(args: &LobesArgs) -> Result<u8, Failure> {
         });
     }
     if let Some(dir) = &args.report {
-        fs::create_dir_all(dir)?;
-        let page = dir.join("index.html");
-        fs::write(&page, html(&all))?;
+        let page = sheet_into(dir, html(&all))?;
         if !args.json {
             say!("Report: {}", page.display());
         }

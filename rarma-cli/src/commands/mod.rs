@@ -35,12 +35,14 @@ pub use target::on_chip;
 
 use crate::args::{Cli, Command};
 use crate::failure::Failure;
+use crate::output;
 
 /// Runs the command; the exit code where it succeeds.
 ///
 /// # Errors
 /// See [`Failure`].
 pub fn run(cli: &Cli) -> Result<u8, Failure> {
+    output::check(&cli.command.files())?;
     match &cli.command {
         Command::Monitor(args) => monitor::main(args),
         Command::Target(args) => target::main(args),

@@ -5,6 +5,7 @@ use crate::args::{InputArgs, MonitorArgs};
 use crate::collect::{Collector, News};
 use crate::failure::Failure;
 use crate::input::{self, ReadOptions, Recording};
+use crate::raw_streams::Gap;
 use crate::record::Run;
 use firmware::monitor::MonitorDuty;
 use rarma_core::Order;
@@ -42,7 +43,7 @@ pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
     let mut run = match &input {
         Input::One(one) => {
             let samples = one.samples.iter().map(|&x| x as f32);
-            listen_with_tacho(&job, samples, &pulses, news)?
+            heard(&job, samples, &one.gaps, &pulses, news)?
         }
         Input::Two(both) => pair::listen(&job, both, &pulses, news)?,
     };
@@ -87,6 +88,7 @@ pub fn read(args: &InputArgs) -> Result<Recording, Failure> {
         &ReadOptions {
             channel: args.channel,
             fs: args.fs,
+            stream: args.stream,
             check: true,
         },
     )?;
@@ -185,13 +187,35 @@ pub fn listen_with_tacho(
     job: &MonitorJob,
     samples: impl IntoIterator<Item = f32>,
     pulses: &[Option<f32>],
+    news: impl FnMut(News<'_>),
+) -> Result<Run, Failure> {
+    heard(job, samples, &[], pulses, news)
+}
+
+/// [`listen_with_tacho`]; where samples are missing the monitor is told so, and does not hear
+/// the zeros in their place.
+fn heard(
+    job: &MonitorJob,
+    samples: impl IntoIterator<Item = f32>,
+    gaps: &[Gap],
+    pulses: &[Option<f32>],
     mut news: impl FnMut(News<'_>),
 ) -> Result<Run, Failure> {
+    let mut gaps = gaps.iter().peekable();
+    let mut missing_to = 0;
     let refused = |error| Failure::Usage(format!("setting out of range: {error:?}"));
     let mut duty = MonitorDuty::new(job).map_err(refused)?;
     let mut collector = Collector::default();
     collector.take(&duty.started());
     for (n, x) in samples.into_iter().enumerate() {
+        if let Some(gap) = gaps.next_if(|gap| gap.at == n as u64) {
+            missing_to = gap.at + gap.samples;
+            duty.missing(u32::try_from(gap.samples).unwrap_or(u32::MAX));
+        }
+        if (n as u64) < missing_to {
+            news(News::None);
+            continue;
+        }
         let mut said = false;
         duty.sample(x, &mut |message| {
             said = true;

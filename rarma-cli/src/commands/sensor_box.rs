@@ -3,6 +3,7 @@
 use crate::args::BoxArgs;
 use crate::failure::Failure;
 use crate::frames::{FrameReader, to_json, words};
+use crate::output::{RecordFile, stdout};
 use crate::scenario::{self, AtWork, BOX_SHIPPED, SHIPPED};
 use crate::speech;
 use hal_sim::exciter::calibrated;
@@ -16,7 +17,6 @@ use rarma_core::cers::Geometry;
 use rarma_core::guard::Severity;
 use rarma_core::wire::{Answer, Command, Telemetry};
 use serde_json::json;
-use std::fs::File;
 use std::io::{self, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::time::{Duration, Instant};
@@ -69,10 +69,12 @@ pub(super) fn main(args: &BoxArgs) -> Result<u8, Failure> {
     let mut all = SimBox::new(rig);
     all.rig.link.noise = at_work.noise;
     all.rig.link.frame_loss = at_work.frame_loss;
-    let mut record = args.record.as_ref().map(File::create).transpose()?;
-    match &args.listen {
-        Some(address) => serve(&mut all, &at_work, address, record.as_mut()),
-        None => play(&mut all, &at_work, args.json, record.as_mut()),
+    // The address first: a record is not touched for a box that cannot be served.
+    let listener = args.listen.as_deref().map(listen).transpose()?;
+    let record = args.record.as_deref().map(RecordFile::open).transpose()?;
+    match listener {
+        Some(listener) => serve(&mut all, &at_work, &listener, record),
+        None => play(&mut all, &at_work, args.json, record),
     }
 }
 
@@ -149,7 +151,7 @@ fn play(
     all: &mut SimBox,
     at_work: &AtWork,
     json: bool,
-    mut record: Option<&mut File>,
+    mut record: Option<RecordFile>,
 ) -> Result<u8, Failure> {
     if !json {
         say!("Scenario {}: {}.", at_work.name, at_work.about);
@@ -173,7 +175,7 @@ fn play(
         }
         let bytes = all.step_and_take();
         if let Some(file) = record.as_mut() {
-            file.write_all(&bytes)?;
+            file.write(&bytes)?;
         }
         reader.take(&bytes, |head, message| {
             summary.take(&message);
@@ -183,7 +185,9 @@ fn play(
                 say!("{now_s:9.3} s  {text}");
             }
         });
+        stdout::check()?;
     }
+    record.map_or(Ok(()), RecordFile::end)?;
     let health = all.app.health(all.rig.world_us());
     let code = u8::from(summary.chatter > 0 || summary.trips > 0);
     if json {
@@ -239,16 +243,20 @@ fn shown(message: &Telemetry, last_status: &mut String) -> Option<String> {
     }
 }
 
+fn listen(address: &str) -> Result<TcpListener, Failure> {
+    let listener = TcpListener::bind(address)
+        .map_err(|why| Failure::Usage(format!("--listen {address}: {why}")))?;
+    listener.set_nonblocking(true)?;
+    Ok(listener)
+}
+
 /// The box in real time on a socket, one host after the other.
 fn serve(
     all: &mut SimBox,
     at_work: &AtWork,
-    address: &str,
-    mut record: Option<&mut File>,
+    listener: &TcpListener,
+    mut record: Option<RecordFile>,
 ) -> Result<u8, Failure> {
-    let listener = TcpListener::bind(address)
-        .map_err(|why| Failure::Usage(format!("--listen {address}: {why}")))?;
-    listener.set_nonblocking(true)?;
     say!("{}: listening on {}", at_work.name, listener.local_addr()?);
     all.host.heartbeat_us = None;
     all.host.keep_all = false;
@@ -265,7 +273,7 @@ fn serve(
         while all.rig.world_us() < until {
             let bytes = all.step_and_take();
             if let Some(file) = record.as_mut() {
-                file.write_all(&bytes)?;
+                file.write(&bytes)?;
             }
             if let Some(socket) = &mut host
                 && gone(socket.write_all(&bytes))
@@ -288,6 +296,7 @@ fn serve(
         let ahead = Duration::from_micros(all.rig.world_us()).saturating_sub(begun.elapsed());
         std::thread::sleep(ahead);
     }
+    record.map_or(Ok(()), RecordFile::end)?;
     Ok(0)
 }
 

@@ -5,6 +5,7 @@ use crate::args::MonitorArgs;
 use crate::collect::News;
 use crate::failure::Failure;
 use crate::input::Recording;
+use crate::output::stdout;
 use crate::record::{NoticeKind, NoticeRecord, Run, State, Summary, TachoFault};
 use crate::report::{self, ReportInput};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -51,12 +52,9 @@ pub fn alarm(news: &News<'_>, bar: &ProgressBar) {
 /// Lines and summary as JSON, one object a line.
 ///
 /// # Errors
-/// Standard output cannot be written; a reader that has gone away is no failure.
+/// Standard output cannot be written.
 pub fn json_lines(run: &Run) -> Result<(), Failure> {
-    match write_json(run, io::BufWriter::new(io::stdout().lock())) {
-        Err(why) if why.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        other => Ok(other?),
-    }
+    stdout::wrote(write_json(run, io::BufWriter::new(stdout::Stdout)))
 }
 
 fn write_json(run: &Run, mut out: impl Write) -> io::Result<()> {
@@ -167,8 +165,7 @@ pub fn page(
             truth_note: None,
             version: env!("CARGO_PKG_VERSION"),
         },
-    )
-    .map_err(|why| Failure::System(format!("{}: cannot write the report: {why}", dir.display())))?;
+    )?;
     eprintln!("report: {}", path.display());
     Ok(())
 }

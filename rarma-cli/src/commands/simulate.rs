@@ -3,10 +3,10 @@
 use super::show;
 use crate::args::SimulateArgs;
 use crate::failure::Failure;
+use crate::output::{self, NewFile, WavFile, Whole};
 use crate::scenario::{self, Loaded};
 use crate::truth::TruthRecord;
 use hal_sim::plant::cut::VirtualCut;
-use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
@@ -33,9 +33,14 @@ pub(super) fn main(args: &SimulateArgs) -> Result<u8, Failure> {
     let loaded = scenario::load(name, args.seed)?;
     let truth = TruthRecord::of(&loaded)?;
     let json = serde_json::to_string_pretty(&truth).map_err(std::io::Error::from)?;
+    let mut files = Vec::new();
+    if let Some(path) = &args.truth {
+        files.push(NewFile::whole(path, json.as_bytes())?);
+    }
     if let Some(out) = &args.out {
         let start = Instant::now();
-        let clipped = write(&loaded, out)?;
+        let (file, clipped) = write(&loaded, out)?;
+        files.push(file);
         let took = start.elapsed().as_secs_f64();
         if !args.json {
             say!(
@@ -50,9 +55,7 @@ pub(super) fn main(args: &SimulateArgs) -> Result<u8, Failure> {
             eprintln!("{name}: {clipped} samples clipped (raise microphone.full_scale_pa)");
         }
     }
-    if let Some(path) = &args.truth {
-        fs::write(path, &json)?;
-    }
+    output::keep(files)?;
     if args.json {
         say!("{json}");
     } else {
@@ -61,11 +64,11 @@ pub(super) fn main(args: &SimulateArgs) -> Result<u8, Failure> {
     Ok(0)
 }
 
-/// Plays the cut into a WAV file; the number of clipped samples.
+/// Plays the cut into a WAV file, which is still to be kept; the number of clipped samples.
 ///
 /// # Errors
 /// The file cannot be written.
-fn write(loaded: &Loaded, out: &Path) -> Result<u64, Failure> {
+fn write(loaded: &Loaded, out: &Path) -> Result<(Whole, u64), Failure> {
     let mut cut = VirtualCut::new(&loaded.scenario)
         .map_err(|why| Failure::whole(&loaded.scenario.name, why, "correct the fields it names"))?;
     let bits = loaded.scenario.microphone.converter.bits;
@@ -76,22 +79,19 @@ fn write(loaded: &Loaded, out: &Path) -> Result<u64, Failure> {
         bits_per_sample: container,
         sample_format: hound::SampleFormat::Int,
     };
-    let failed = |why: hound::Error| Failure::System(format!("{}: {why}", out.display()));
-    let mut file = hound::WavWriter::create(out, spec).map_err(failed)?;
+    let mut file = WavFile::create(out, spec)?;
     let bar = show::progress(cut.len() as u64, "cutting");
     let mut count = 0;
     for reading in cut.by_ref() {
         // Codes of fewer bits are aligned to the left: full scale stays full scale.
-        file.write_sample(reading.code << (u32::from(container) - bits))
-            .map_err(failed)?;
+        file.sample(reading.code << (u32::from(container) - bits))?;
         count += 1;
         if count % BAR_STEP == 0 {
             bar.set_position(count as u64);
         }
     }
     bar.finish_and_clear();
-    file.finalize().map_err(failed)?;
-    Ok(cut.microphone().clipped())
+    Ok((file.finish(None)?, cut.microphone().clipped()))
 }
 
 /// The truth for people.

@@ -8,6 +8,7 @@ use crate::args::{Detrend, Method, SweepArgs};
 use crate::ear;
 use crate::failure::Failure;
 use crate::report::chart::{Chart, Mark, Scale, Series, sheet, table};
+use crate::report::sheet_into;
 use crate::scenario::{self, Loaded};
 use core::f64::consts::PI;
 use hal_sim::plant::cut::Process;
@@ -19,7 +20,6 @@ use hal_sim::plant::truth::roots;
 use hal_sim::plant::turning::Turning;
 use rayon::prelude::*;
 use serde::Serialize;
-use std::fs;
 
 /// Revolutions of milling, and of turning, that the surface is taken from.
 const MILLED_TURNS: f64 = 60.0;
@@ -94,9 +94,7 @@ pub(super) fn main(args: &SweepArgs) -> Result<u8, Failure> {
         }
     }
     if let Some(dir) = &args.report {
-        fs::create_dir_all(dir)?;
-        let page = dir.join("index.html");
-        fs::write(&page, html(&all, args))?;
+        let page = sheet_into(dir, html(&all, args))?;
         if !args.json {
             say!("Report: {}", page.display());
         }

@@ -10,6 +10,7 @@ use crate::args::MonitorArgs;
 use crate::collect::Collector;
 use crate::failure::Failure;
 use crate::input::Recording;
+use crate::output::{self, WavFile};
 use crate::record::Run;
 use rarma_core::wire::{Deframer, MonitorJob, Telemetry};
 use std::path::{Path, PathBuf};
@@ -61,7 +62,7 @@ pub fn on_chip(elf: &Path, job: &MonitorJob, recording: &Recording) -> Result<Ru
     let mut bytes = [0u8; 256];
     let bytes = postcard::to_slice(job, &mut bytes)
         .map_err(|why| Failure::System(format!("the job cannot be written: {why}")))?;
-    fs::write(at("job.bin"), bytes)?;
+    output::write(&at("job.bin"), bytes)?;
     write_wav(&at("in.wav"), recording)?;
 
     let elf = fs::canonicalize(elf)
@@ -127,7 +128,6 @@ pub fn image() -> Result<PathBuf, Failure> {
 }
 
 fn write_wav(path: &Path, recording: &Recording) -> Result<(), Failure> {
-    let failed = |why: hound::Error| Failure::System(format!("{}: {why}", path.display()));
     let spec = hound::WavSpec {
         channels: 1,
         // The image takes the rate from its job; a header holds whole numbers only.
@@ -135,9 +135,9 @@ fn write_wav(path: &Path, recording: &Recording) -> Result<(), Failure> {
         bits_per_sample: 32,
         sample_format: hound::SampleFormat::Float,
     };
-    let mut writer = hound::WavWriter::create(path, spec).map_err(failed)?;
+    let mut wav = WavFile::create(path, spec)?;
     for &x in &recording.samples {
-        writer.write_sample(x as f32).map_err(failed)?;
+        wav.sample(x as f32)?;
     }
-    writer.finalize().map_err(failed)
+    wav.finish(None)?.keep()
 }

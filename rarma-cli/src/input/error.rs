@@ -30,6 +30,8 @@ pub enum Problem {
     Unsupported,
     /// The asked-for channel does not exist, or none does.
     Channel,
+    /// A record holds several streams, or not the one that was asked for.
+    Stream,
     /// The sampling rate is missing, zero, or contradicted.
     Rate,
     /// Header and structure are fine, samples are missing.

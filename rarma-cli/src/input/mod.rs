@@ -36,6 +36,7 @@ pub use receptance::{Function, Plane, Role, merge, read_receptances, write_uff};
 pub use structure::read as read_structure;
 pub use whole::{bytes, text};
 
+use crate::raw_streams::Gap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -49,6 +50,8 @@ pub struct ReadOptions {
     /// one-column CSV; wins over a WAV header, with a notice; must agree with a
     /// time column within 1 %.
     pub fs: Option<f64>,
+    /// Stream of a record of a box, counted from 1 (default: the only one).
+    pub stream: Option<usize>,
     /// Refuse sick samples, see [`check`] (default true).
     pub check: bool,
 }
@@ -58,6 +61,7 @@ impl Default for ReadOptions {
         Self {
             channel: 0,
             fs: None,
+            stream: None,
             check: true,
         }
     }
@@ -84,6 +88,8 @@ pub struct Recording {
     pub channel: usize,
     /// Channels in the file.
     pub channels: usize,
+    /// Where samples are missing, zeros standing in their place; of records of a box only.
+    pub gaps: Vec<Gap>,
     /// Length, s.
     pub seconds: f64,
     /// Odd, but not fatal: one sentence each.
@@ -105,6 +111,7 @@ struct Decoded {
     samples: Vec<f64>,
     step: Option<f64>,
     channels: usize,
+    gaps: Vec<Gap>,
     notices: Vec<String>,
 }
 
@@ -180,6 +187,7 @@ pub fn read(path: &Path, opts: &ReadOptions) -> Result<Recording, InputError> {
         step: decoded.step,
         channel: opts.channel,
         channels: decoded.channels,
+        gaps: decoded.gaps,
         seconds: decoded.samples.len() as f64 / decoded.fs,
         samples: decoded.samples,
         notices: decoded.notices,
@@ -197,6 +205,14 @@ fn decode(format: Format, bytes: &[u8], opts: &ReadOptions) -> Result<Decoded, I
             "byte 0",
             "the file is empty",
             "record again, or copy it again",
+        ));
+    }
+    if opts.stream.is_some() && !matches!(format, Format::Frames) {
+        return Err(InputError::new(
+            Problem::Stream,
+            "option --stream",
+            "only a record of a box has streams",
+            "leave it out",
         ));
     }
     match format {

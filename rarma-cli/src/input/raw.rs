@@ -52,6 +52,7 @@ pub(super) fn decode(
         samples,
         step: None,
         channels: 1,
+        gaps: Vec::new(),
         notices: Vec::new(),
     })
 }

@@ -217,6 +217,7 @@ impl Table {
             channels: self.channels(),
             samples: self.samples,
             step: None,
+            gaps: Vec::new(),
             notices: self.notices,
         })
     }

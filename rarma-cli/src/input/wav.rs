@@ -246,6 +246,7 @@ fn samples(
         samples: body[..used].chunks_exact(layout.frame).map(one).collect(),
         step: (!layout.float).then(|| 2_f64.powi(1 - layout.bits as i32)),
         channels: layout.channels,
+        gaps: Vec::new(),
         notices,
     })
 }

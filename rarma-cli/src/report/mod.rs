@@ -36,10 +36,11 @@ mod timeline;
 mod waterfall;
 mod words;
 
+use crate::failure::Failure;
+use crate::output;
 use crate::record::Run;
 use scene::Scene;
 use std::path::{Path, PathBuf};
-use std::{fs, io};
 use text::escape;
 
 /// Everything a report is made of.
@@ -76,10 +77,19 @@ pub struct ReportInput<'a> {
 ///
 /// # Errors
 /// The directory or the file cannot be written.
-pub fn write(dir: &Path, job: &ReportInput<'_>) -> io::Result<PathBuf> {
-    fs::create_dir_all(dir)?;
+pub fn write(dir: &Path, job: &ReportInput<'_>) -> Result<PathBuf, Failure> {
+    sheet_into(dir, page(job))
+}
+
+/// Writes a page as `index.html` into `dir`, which is created if it is not there, and returns
+/// its path. A page that is there already stays until the new one is whole.
+///
+/// # Errors
+/// The directory or the file cannot be written.
+pub fn sheet_into(dir: &Path, page: String) -> Result<PathBuf, Failure> {
+    output::folder(dir)?;
     let path = dir.join("index.html");
-    fs::write(&path, page(job))?;
+    output::write(&path, page)?;
     Ok(path)
 }
 

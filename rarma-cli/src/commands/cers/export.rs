@@ -5,11 +5,11 @@ use crate::args::{KindArg, ReadingArgs};
 use crate::cers::response::{Response, Sensor};
 use crate::failure::Failure;
 use crate::input::{Plane, Role, write_uff};
+use crate::output;
 use rarma_core::cers::Quantity;
 use rarma_core::els::{Complex, Receptance};
 use serde_json::json;
 use std::fmt::Write as _;
-use std::fs;
 
 /// The core's word for a kind of response.
 pub(super) fn quantity(kind: KindArg) -> Quantity {
@@ -34,19 +34,19 @@ pub(super) fn files(
         if responses.is_empty() {
             return Err(nothing("--csv"));
         }
-        fs::write(path, table(args.quantity, responses))?;
+        output::write(path, table(args.quantity, responses))?;
     }
     if let Some(path) = &args.uff {
         if responses.is_empty() {
             return Err(nothing("--uff"));
         }
-        fs::write(path, universal(&answer.name, responses))?;
+        output::write(path, universal(&answer.name, responses))?;
     }
     if let Some(dir) = &args.structure {
         let Some(found) = &answer.modes else {
             return Err(nothing("--structure"));
         };
-        fs::create_dir_all(dir)?;
+        let mut files = Vec::new();
         for axis in ["x", "y"] {
             let modes: Vec<_> = found
                 .modes
@@ -63,11 +63,10 @@ pub(super) fn files(
                 "rpm": answer.rpm.0,
                 "modes": modes,
             });
-            fs::write(
-                dir.join(format!("structure-{axis}.json")),
-                format!("{text:#}"),
-            )?;
+            let name = format!("structure-{axis}.json");
+            files.push((name, format!("{text:#}").into_bytes()));
         }
+        output::write_all(dir, files)?;
     }
     Ok(())
 }

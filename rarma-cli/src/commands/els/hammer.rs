@@ -1,11 +1,12 @@
 //! `rarma els hammer`: a blow to receptance, modes and limits.
 
-use super::{name_of, notices, out, pictures, tell, write};
+use super::{name_of, notices, out, pictures, tell};
 use crate::args::ElsHammerArgs;
 use crate::els::diagram::{Diagram, diagram};
 use crate::els::hammer::{Blow, modes_in_frequency};
 use crate::failure::Failure;
 use crate::input::{self, Plane, ReadOptions, Recording, Role, write_uff};
+use crate::output;
 use crate::report::chart::table;
 use rarma_core::els::{AgreedMode, Complex, Receptance, fit_modes, static_stiffness};
 use serde::Serialize;
@@ -118,7 +119,7 @@ pub(super) fn main(args: &ElsHammerArgs) -> Result<u8, Failure> {
             measured: vec![Role::Uu],
             notices: Vec::new(),
         };
-        write(path, &write_uff(&plane, &heading))?;
+        output::write(path, write_uff(&plane, &heading))?;
     }
     let answer = Answer {
         fs: force.fs,

@@ -1,10 +1,11 @@
 //! `rarma els limit`: measured receptances to limits and static stiffness all round.
 
-use super::{name_of, notices, out, pictures, tell, write};
+use super::{name_of, notices, out, pictures, tell};
 use crate::args::ElsLimitArgs;
 use crate::els::diagram::{Diagram, diagram};
 use crate::failure::Failure;
 use crate::input::{Function, Plane, Role, merge, read_receptances, write_uff};
+use crate::output;
 use rarma_core::els::{ElsError, static_stiffness};
 use serde::Serialize;
 use std::path::Path;
@@ -76,7 +77,7 @@ pub(super) fn main(args: &ElsLimitArgs) -> Result<u8, Failure> {
     )
     .map_err(|why| Failure::whole(&file, why, "measure again, or choose another --band"))?;
     if let Some(path) = &args.uff {
-        write(path, &write_uff(&plane, &heading))?;
+        output::write(path, write_uff(&plane, &heading))?;
     }
     let answer = Answer {
         lines: plane.f_hz.len(),

@@ -10,8 +10,8 @@ use crate::args::{ElsCommand, OutArgs};
 use crate::els::diagram::{Diagram, Direction};
 use crate::failure::Failure;
 use crate::report::chart::sheet;
+use crate::report::sheet_into;
 use serde::Serialize;
-use std::fs;
 use std::path::Path;
 
 pub(super) fn main(command: &ElsCommand) -> Result<u8, Failure> {
@@ -32,9 +32,7 @@ pub(super) fn out(
     value: &impl Serialize,
 ) -> Result<bool, Failure> {
     if let Some(dir) = &args.report {
-        fs::create_dir_all(dir)?;
-        let page = dir.join("index.html");
-        fs::write(&page, sheet(title, name, body, env!("CARGO_PKG_VERSION")))?;
+        let page = sheet_into(dir, sheet(title, name, body, env!("CARGO_PKG_VERSION")))?;
         if !args.json {
             say!("Report: {}", page.display());
         }
@@ -52,10 +50,6 @@ fn name_of(path: &Path) -> String {
         || path.display().to_string(),
         |n| n.to_string_lossy().into_owned(),
     )
-}
-
-fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    Ok(fs::write(path, text)?)
 }
 
 /// What odd input is told about, on standard error.

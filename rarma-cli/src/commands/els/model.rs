@@ -1,11 +1,12 @@
 //! `rarma els model`: the computational model.
 
-use super::{out, pictures, tell, write};
+use super::{out, pictures, tell};
 use crate::args::ElsModelArgs;
 use crate::els::diagram::{Cut, Diagram, diagram};
 use crate::els::machine::{DeflectionCase, LoadCase, Picture, deflections, load_cases, shapes};
 use crate::failure::Failure;
 use crate::input::{Plane, Role, write_uff};
+use crate::output;
 use crate::scenario::{SHIPPED_ELS, els_schema, load_els, parse_els};
 use hal_sim::plant::els::{Clamping, ElsModel, Place};
 use serde::Serialize;
@@ -77,7 +78,7 @@ pub(super) fn main(args: &ElsModelArgs) -> Result<u8, Failure> {
             measured: Role::ALL.to_vec(),
             notices: Vec::new(),
         };
-        write(path, &write_uff(&plane, &s.name))?;
+        output::write(path, write_uff(&plane, &s.name))?;
     }
     let answer = Answer {
         scenario: s.name.clone(),

@@ -13,8 +13,8 @@ use crate::args::{KnownArgs, LdbbCommand, OutArgs};
 use crate::failure::Failure;
 use crate::input::Circles;
 use crate::ldbb::{Findings, Options, evaluate};
+use crate::output;
 use serde::Serialize;
-use std::fs;
 use std::path::Path;
 
 pub(super) fn main(command: &LdbbCommand) -> Result<u8, Failure> {
@@ -193,6 +193,10 @@ fn words(answer: &Answer, circles: &Circles) {
 }
 
 fn save(path: &Path, answer: &Answer) -> Result<(), Failure> {
-    let text = serde_json::to_string(answer).map_err(std::io::Error::from)?;
-    Ok(fs::write(path, text)?)
+    output::write(path, text(answer)?)
+}
+
+/// The findings as `rarma ldbb compare` reads them.
+fn text(answer: &Answer) -> Result<String, Failure> {
+    Ok(serde_json::to_string(answer).map_err(std::io::Error::from)?)
 }

@@ -1,14 +1,14 @@
 //! `rarma ldbb run`: a whole test on a simulated machine.
 
-use super::{answer, save, show};
+use super::{answer, show, text};
 use crate::args::LdbbRunArgs;
 use crate::failure::Failure;
 use crate::input::{Circles, circle_file};
 use crate::ldbb::{Static, from_recorded};
+use crate::output;
 use crate::scenario::{LdbbScenario, SHIPPED_LDBB, ldbb_schema, load_ldbb, parse_ldbb};
 use hal_sim::plant::ldbb::drive::{Trouble, circles, standing};
 use rarma_core::ldbb::{ForceLaw, Schedule, StandingConfig, ValveConfig};
-use std::fs;
 
 pub(super) fn main(args: &LdbbRunArgs) -> Result<u8, Failure> {
     if args.schema {
@@ -26,7 +26,7 @@ pub(super) fn main(args: &LdbbRunArgs) -> Result<u8, Failure> {
     let readings = measured(&scenario, file)?;
     let answer = answer(&readings, &args.known, file)?;
     if let Some(dir) = &args.out {
-        fs::create_dir_all(dir)?;
+        let mut files = Vec::new();
         for run in &readings.runs {
             let name = format!(
                 "run-{:02}-{}-{:.0}N.csv",
@@ -34,18 +34,15 @@ pub(super) fn main(args: &LdbbRunArgs) -> Result<u8, Failure> {
                 run.sense.name(),
                 run.force_n
             );
-            fs::write(
-                dir.join(name),
-                circle_file(&readings.conditions, Some(run), &[]),
-            )?;
+            files.push((name, circle_file(&readings.conditions, Some(run), &[])));
         }
         if !readings.readings.is_empty() {
-            fs::write(
-                dir.join("static.csv"),
-                circle_file(&readings.conditions, None, &readings.readings),
-            )?;
+            let table = circle_file(&readings.conditions, None, &readings.readings);
+            files.push(("static.csv".to_owned(), table));
         }
-        save(&dir.join("analysis.json"), &answer)?;
+        files.push(("analysis.json".to_owned(), text(&answer)?));
+        let bytes = files.into_iter().map(|(name, text)| (name, text.into()));
+        output::write_all(dir, bytes)?;
     }
     show(&answer, &readings, &args.show)
 }

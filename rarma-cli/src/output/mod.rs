@@ -1,0 +1,61 @@
+//! Everything `rarma` writes: standard output, files, records of a box.
+//!
+//! * [`stdout`]: lines. The first one that cannot be written ends the command.
+//! * [`NewFile`], [`WavFile`]: a file that takes its name only once it is whole; what had
+//!   the name before stays until then.
+//! * [`RecordFile`]: a record is appended to, never replaced, and by one program at a time.
+//! * [`check`]: before anything is done: nothing is written onto what is read.
+//!
+//! Each failure names the file, and has exit code 4.
+
+mod check;
+mod new_file;
+mod place;
+mod record;
+pub mod stdout;
+mod wav;
+
+pub use check::{Files, check};
+pub use new_file::{NewFile, Whole, keep, write, write_all};
+pub use record::RecordFile;
+pub use wav::{WavFile, most_samples};
+
+use crate::failure::Failure;
+use std::fs;
+use std::io;
+use std::path::Path;
+
+/// Makes a folder, with those above it, if it is not there.
+///
+/// # Errors
+/// It cannot be made.
+pub fn folder(path: &Path) -> Result<(), Failure> {
+    fs::create_dir_all(path).map_err(|why| failed(path, "make the folder", &why))
+}
+
+/// What is said of a write that failed: file, step, reason, remedy.
+pub fn failed(file: impl AsRef<Path>, step: &str, why: &io::Error) -> Failure {
+    use io::ErrorKind as Kind;
+    let file = file.as_ref().display();
+    let other = "write to another place";
+    let known = match why.kind() {
+        Kind::StorageFull => Some(("the disk is full", "make room, or write to another disk")),
+        Kind::QuotaExceeded => Some(("the quota is used up", "make room, or ask for more")),
+        Kind::FileTooLarge => Some(("a file may not become so large here", other)),
+        Kind::ReadOnlyFilesystem => Some(("the disk can only be read", other)),
+        Kind::PermissionDenied => Some(("permission denied", other)),
+        Kind::NotFound => Some(("no such folder", "make it first, or check the spelling")),
+        Kind::IsADirectory => Some(("is a folder", "name a file in it")),
+        Kind::NotADirectory | Kind::AlreadyExists => {
+            Some(("a file is where a folder should be", other))
+        }
+        _ => None,
+    };
+    match known {
+        Some((what, remedy)) => Failure::System(format!("{file}: {step}: {what} ({remedy})")),
+        None => Failure::System(format!(
+            "{file}: {step}: {}",
+            why.to_string().to_lowercase()
+        )),
+    }
+}
