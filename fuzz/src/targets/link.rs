@@ -26,11 +26,17 @@ pub(super) const FRAMES: Target = Target {
             }
         }
     },
-    words: Vec::new,
+    words: head_words,
 };
 
 /// The session of frames made here.
 pub(super) const SESSION: u32 = 0x0102_0304;
+
+/// What every frame begins with, and its end.
+pub(super) fn head_words() -> Vec<String> {
+    let versions = (4..8).map(|version| format!("RA{}", char::from(version)));
+    versions.chain(["\0".to_owned()]).collect()
+}
 
 /// A piece of what goes over a link.
 pub(super) enum Piece<'a> {
