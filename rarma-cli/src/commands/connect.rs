@@ -131,7 +131,7 @@ fn settings(talk: &mut Talk) -> Result<u8, Failure> {
                     }
                 })?;
                 if !here {
-                    return Err(Failure::System("the box is gone".to_owned()));
+                    return Err(talk.port.closed());
                 }
             }
             if found[k].is_some() {
