@@ -21,6 +21,7 @@ pub mod ldbb_box;
 pub mod modal_case;
 pub mod plain;
 pub mod process;
+pub mod refusal;
 pub mod resources;
 pub mod rig;
 pub mod signal;

@@ -3,6 +3,7 @@
 
 use host_tests::files::{FLOAT, Folder, HEADER, PCM, pcm16, wav};
 use host_tests::process::{Ended, Rarma};
+use host_tests::refusal::assert_one_line;
 use host_tests::{rarma, signal};
 use std::path::Path;
 
@@ -23,19 +24,7 @@ fn healthy() -> Vec<f64> {
 /// One line on standard error that names the file and says these words, exit code
 /// 3, and nothing else anywhere.
 fn assert_refused(ended: &Ended, file: &Path, words: &[&str]) {
-    let name = file.display().to_string();
-    assert_eq!(ended.code, Some(3), "{ended:?}");
-    assert_eq!(ended.stdout, "", "{ended:?}");
-    let lines: Vec<&str> = ended.stderr.lines().collect();
-    let [line] = lines[..] else {
-        panic!("not one line: {ended:?}");
-    };
-    assert!(line.starts_with("rarma: "), "{line}");
-    assert!(line.contains(&name), "{line} does not name {name}");
-    assert!(!line.contains("panicked"), "{line}");
-    for word in words {
-        assert!(line.contains(word), "{line} does not say `{word}`");
-    }
+    assert_one_line(ended, 3, &file.display().to_string(), words);
 }
 
 /// `monitor`, with and without `--json`, and `target` (which reads before it

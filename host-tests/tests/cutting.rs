@@ -2,7 +2,7 @@
 //! and soon after its depth has passed the limit.
 //!
 //! Turning and milling at depths in parts of the limit, which comes from the delay
-//! equation. `--nocapture` prints the tables; the long form (all depths, five seeds) is
+//! equation. `--nocapture` prints the tables; the long forms (all depths, five ramps) are by
 //! `cargo test --release -p host-tests --test cutting -- --ignored --nocapture`.
 
 use hal_sim::plant::cut::Process;
@@ -162,7 +162,7 @@ fn depths(form: &str, parts: &[f64], seconds: f64, seeds: u64) {
     }
 }
 
-fn ramps(seeds: u64) {
+fn ramps(form: &str, seeds: u64) {
     println!(
         "| scenario | alarms in {seeds} | from the limit to the alarm, ms: median | least | most | calls before {CLEARLY_BELOW} of the limit |"
     );
@@ -206,17 +206,17 @@ fn ramps(seeds: u64) {
         let of = &case.name;
         let missed = seeds as usize - lags.len();
         holds(
-            &format!("cutting: onset missed, {of}"),
+            &format!("{form}: onset missed, {of}"),
             missed as f64,
             0.0..=0.0,
         );
         holds(
-            &format!("cutting: onset too early, {of}"),
+            &format!("{form}: onset too early, {of}"),
             early as f64,
             0.0..=0.0,
         );
         holds(
-            &format!("cutting: onset, ms, {of}"),
+            &format!("{form}: onset, ms, {of}"),
             part(0.5),
             ONSET_MS.0..=ONSET_MS.1,
         );
@@ -235,7 +235,12 @@ fn below_the_limit_is_stable_and_above_it_chatter_long() {
 }
 
 #[test]
-#[ignore = "long: five seeds of each ramp"]
 fn a_cut_that_passes_the_limit_is_called_soon() {
-    ramps(5);
+    ramps("ramp", 1);
+}
+
+#[test]
+#[ignore = "long: five seeds of each ramp"]
+fn a_cut_that_passes_the_limit_is_called_soon_long() {
+    ramps("ramp, long", 5);
 }

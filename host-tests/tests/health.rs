@@ -221,7 +221,7 @@ fn everyday_signals() {
 
 #[test]
 #[ignore = "minutes on two cores; docs/bench.md shows its tables"]
-fn ten_million_of_everyday_signals_at_every_order() {
+fn everyday_signals_long() {
     everyday(|case| match case {
         Case::Single(_) => 10 * MILLION,
         Case::Double => MILLION,
@@ -257,7 +257,7 @@ fn everyday_signals_without_forgetting() {
 
 #[test]
 #[ignore = "minutes on two cores"]
-fn ten_million_without_forgetting() {
+fn everyday_signals_without_forgetting_long() {
     for_ever(10 * MILLION);
 }
 
@@ -273,7 +273,7 @@ fn rare_signals() {
 
 #[test]
 #[ignore = "a minute on two cores; docs/bench.md tells of it"]
-fn a_million_of_rare_signals() {
+fn rare_signals_long() {
     rare(MILLION);
 }
 

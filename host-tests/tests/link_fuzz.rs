@@ -221,14 +221,14 @@ fn box_takes_any_bytes_and_switches_nothing_on() {
 
 #[test]
 #[ignore = "ten minutes"]
-fn parser_for_ten_minutes() {
+fn parser_takes_any_bytes_long() {
     let runs = parser_for(50_000, Some(Duration::from_secs(600)));
     println!("{runs} streams in ten minutes");
 }
 
 #[test]
 #[ignore = "ten minutes"]
-fn box_for_ten_minutes() {
+fn box_takes_any_bytes_and_switches_nothing_on_long() {
     let (runs, commands) = box_for(5_000, Some(Duration::from_secs(600)));
     println!("{runs} streams in ten minutes, {commands} commands answered");
 }

@@ -112,12 +112,12 @@ fn run(seconds: u64, loss: f64) {
 }
 
 #[test]
-fn half_a_minute() {
+fn nothing_is_lost_or_drifts() {
     run(30, 0.02);
 }
 
 #[test]
 #[ignore = "an hour of the box; minutes of the host"]
-fn an_hour() {
+fn nothing_is_lost_or_drifts_long() {
     run(3600, 0.02);
 }

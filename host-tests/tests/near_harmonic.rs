@@ -74,7 +74,7 @@ fn listened(place: Place, told: bool, seed: u64) -> Watched {
     watch(&config, Forced::new(signal).take(samples))
 }
 
-fn table(seeds: u64) {
+fn table(form: &str, seeds: u64) {
     println!(
         "| chatter | speed | seeds | found | ms, median | 90 % | declared | ms, median | neither | called before | reasons after |"
     );
@@ -127,12 +127,12 @@ fn table(seeds: u64) {
             );
             let of = format!("{name}, {speed}");
             holds(
-                &format!("near: neither found nor declared, {of}"),
+                &format!("{form}: neither found nor declared, {of}"),
                 f64::from(neither),
                 0.0..=0.0,
             );
             holds(
-                &format!("near: called before, {of}"),
+                &format!("{form}: called before, {of}"),
                 before as f64,
                 0.0..=0.0,
             );
@@ -142,18 +142,18 @@ fn table(seeds: u64) {
             } else {
                 quantile(&times, 0.9)
             };
-            holds(&format!("near: 90 %, ms, {of}"), most, 0.0..=FOUND_MS);
+            holds(&format!("{form}: 90 %, ms, {of}"), most, 0.0..=FOUND_MS);
         }
     }
 }
 
 #[test]
 fn chatter_near_a_forced_line_is_found_or_declared() {
-    table(8);
+    table("near", 8);
 }
 
 #[test]
 #[ignore = "long: 50 seeds"]
 fn chatter_near_a_forced_line_is_found_or_declared_long() {
-    table(50);
+    table("near, long", 50);
 }

@@ -47,7 +47,8 @@ pub enum Forced {
 /// # Errors
 /// What the plant or the band refuses, in a line.
 pub fn hear(scenario: &Scenario, band: Band, forced: Forced) -> Result<Heard, Failure> {
-    let refused = |what: String| Failure::Input(format!("{}: {what}", scenario.name));
+    let refused =
+        |what: String| Failure::whole(&scenario.name, what, "correct the fields it names");
     let cut = VirtualCut::new(scenario).map_err(|why| refused(why.to_string()))?;
     let fs = cut.sample_rate_hz();
     let mut samples: Vec<f64> = cut.map(|r| f64::from(r.value)).collect();
@@ -57,8 +58,7 @@ pub fn hear(scenario: &Scenario, band: Band, forced: Forced) -> Result<Heard, Fa
             *x -= f64::from(r.value);
         }
     }
-    let mut filter =
-        BandFilter::new(band, fs).map_err(|why| refused(format!("box: band: {why:?}")))?;
+    let mut filter = BandFilter::new(band, fs).map_err(|why| refused(format!("box: {why}")))?;
     let band_fs = fs / filter.factor() as f64;
     let inside: Vec<f64> = samples.iter().filter_map(|x| filter.process(*x)).collect();
     let from = ((SETTLE_S * band_fs) as usize).min(inside.len());

@@ -1,6 +1,7 @@
 //! How a command ends when it does not succeed.
 
 use crate::input::InputError;
+use crate::one_line::OneLine;
 use std::fmt;
 
 /// A failure with its exit code.
@@ -19,6 +20,16 @@ pub enum Failure {
 }
 
 impl Failure {
+    /// Bad input that no single place of a file shows: `FILE: whole file: WHAT (REMEDY)`. A
+    /// `what` that ends with a remedy of its own keeps it.
+    pub fn whole(file: impl fmt::Display, what: impl fmt::Display, remedy: &str) -> Self {
+        let what = what.to_string();
+        if what.ends_with(')') {
+            return Self::Input(format!("{file}: whole file: {what}"));
+        }
+        Self::Input(format!("{file}: whole file: {what} ({remedy})"))
+    }
+
     /// The process' exit code.
     pub fn code(&self) -> u8 {
         match self {
@@ -32,10 +43,11 @@ impl Failure {
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Usage(what) | Self::Input(what) | Self::System(what) => f.write_str(what),
-            Self::Closed => f.write_str("the reader of standard output has gone away"),
-        }
+        let what = match self {
+            Self::Usage(what) | Self::Input(what) | Self::System(what) => what.as_str(),
+            Self::Closed => "the reader of standard output has gone away",
+        };
+        write!(f, "{}", OneLine(what))
     }
 }
 

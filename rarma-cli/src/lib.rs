@@ -31,6 +31,7 @@ pub mod failure;
 pub mod frames;
 pub mod input;
 pub mod ldbb;
+mod one_line;
 pub mod output;
 pub mod port;
 pub mod raw_streams;

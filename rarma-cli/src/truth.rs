@@ -1,5 +1,6 @@
 //! The truth about a scenario, as the JSON of `rarma simulate --truth` spells it.
 
+use crate::failure::Failure;
 use crate::scenario::Loaded;
 use hal_sim::plant::delay::{Crossing, Root};
 use hal_sim::plant::modal::ShapedMode;
@@ -107,11 +108,11 @@ impl TruthRecord {
     ///
     /// # Errors
     /// What the plant refuses, in a line.
-    pub fn of(loaded: &Loaded) -> Result<Self, String> {
+    pub fn of(loaded: &Loaded) -> Result<Self, Failure> {
         let scenario = &loaded.scenario;
         let truth = scenario
             .truth()
-            .map_err(|why| format!("{}: {why}", scenario.name))?;
+            .map_err(|why| Failure::whole(&scenario.name, why, "correct the fields it names"))?;
         Ok(Self::from(
             scenario.name.clone(),
             scenario.duration_s,

@@ -1,8 +1,8 @@
-//! `cargo demo`, `cargo verify`, `cargo fw …` and `cargo xtask count`.
+//! `cargo demo`, `cargo verify`, `cargo fw …` and `cargo xtask count|chip|fuzz|long|qemu`.
 
 use std::process::ExitCode;
 
-use xtask::{Failure, Workspace, chip, count, demo, fw, qemu, verify};
+use xtask::{Failure, Workspace, chip, count, demo, fuzz, fw, long, qemu, verify};
 
 const HELP: &str = "\
 The workspace's own commands.
@@ -21,6 +21,13 @@ The workspace's own commands.
       --image ELF               of this image, already built
       --markdown FILE           write the table between the markers in FILE
       --check FILE              fail if a figure differs from the table in FILE
+  cargo xtask fuzz [TARGET...]  every parser under libFuzzer, a minute each
+      --seconds N               this long each
+      --case FILE               one target: this case again
+      --list                    name the targets
+  cargo xtask long [TEST...]    the long forms of all tests, or of these files of host-tests
+      --list                    name them
+      --markdown FILE           note each result in the table between the markers in FILE
   cargo xtask qemu ELF [ARGS]   run one image in QEMU, its log decoded
 ";
 
@@ -34,7 +41,9 @@ fn main() -> ExitCode {
         "demo" => demo::main(&workspace, &rest),
         "verify" => verify::main(&workspace, &rest),
         "count" => count::main(&workspace, &rest),
+        "long" => long::main(&workspace, &rest),
         "chip" => chip::main(&workspace, &rest),
+        "fuzz" => fuzz::main(&workspace, &rest),
         "" | "help" | "-h" | "--help" => {
             print!("{HELP}");
             Ok(0)

@@ -182,7 +182,7 @@ pub fn tuning(inductance_h: f64, resistance_ohm: f64, most_duty: f64) -> Result<
         most_duty: most_duty as f32,
     }
     .tuning()
-    .map_err(|why| format!("{why:?}"))
+    .map_err(|why| why.to_string())
 }
 
 /// Largest voltage that the regulators would ask for: bias and excitation through the loop

@@ -31,7 +31,7 @@ pub fn measured(s: &CersScenario) -> Result<Measured, String> {
     let magnets = match s.calibrated {
         Calibrated::Points => {
             let (_, all) = calibrated(&s.plant, &drawing, 100 * s.seed)
-                .map_err(|why| format!("calibration: {why:?}"))?;
+                .map_err(|why| format!("calibration: {why}"))?;
             let worst = all.iter().fold(0.0, |m: f64, c| m.max(c.residual_rms_part));
             notes.push(format!(
                 "four magnets calibrated by 40 points each, {:.2} % left",
@@ -61,7 +61,7 @@ pub fn measured(s: &CersScenario) -> Result<Measured, String> {
     let (from, to) = s.spindle_hz;
     let speed = |t: f64| from + (to - from) * ((t - settle_s) / record_s).clamp(0.0, 1.0);
     let r = measure(&s.plant, &how, s.seed, |n| commands.at(n), speed)
-        .map_err(|why| format!("{why:?}"))?;
+        .map_err(|why| why.to_string())?;
     if r.limited > 0 {
         notes.push(format!(
             "the supply held a current back in {} periods",

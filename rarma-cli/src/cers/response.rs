@@ -83,7 +83,7 @@ pub fn cleaned(record: &CersRecord) -> Result<Cleaned, String> {
         let revolutions = &record.revolutions;
         let remove = |x: &mut Vec<f64>| {
             remove_orders::<f64, ORDERS>(x, revolutions, orders)
-                .map_err(|why| format!("orders of the spindle: {why:?}"))
+                .map_err(|why| format!("orders of the spindle: {why}"))
         };
         for axis in 0..2 {
             remove(&mut out.force_n[axis])?;
@@ -159,7 +159,7 @@ pub fn response(
     for (k, ((r, u), y)) in blocks.enumerate() {
         if !skip(k) {
             frf.add(&mut fft, r, u, y, &mut work)
-                .map_err(|why| format!("block {k}: {why:?}"))?;
+                .map_err(|why| format!("block {k}: {why}"))?;
         }
     }
     let step = setup.rate_hz / BLOCK as f64;

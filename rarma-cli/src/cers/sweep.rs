@@ -140,8 +140,7 @@ fn through(x: &[f64], fs: f64, (low, high): (f64, f64)) -> Result<(Vec<f64>, f64
         low_hz: low,
         high_hz: high,
     };
-    let mut filter =
-        BandFilter::new(band, fs).map_err(|why| format!("band of a track: {why:?}"))?;
+    let mut filter = BandFilter::new(band, fs).map_err(|why| format!("track: {why}"))?;
     let out = x.iter().filter_map(|x| filter.process(*x)).collect();
     Ok((out, fs / filter.factor() as f64, filter.delay_s()))
 }

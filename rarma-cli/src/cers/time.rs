@@ -39,7 +39,7 @@ fn conditioned(x: &[f64], fs: f64, (low, high): (f64, f64)) -> Result<(Vec<f64>,
         low_hz: 0.4 * low,
         high_hz: high,
     };
-    let mut filter = BandFilter::new(band, fs).map_err(|why| format!("band: {why:?}"))?;
+    let mut filter = BandFilter::new(band, fs).map_err(|why| format!("{why}"))?;
     let out: Vec<f64> = x.iter().filter_map(|x| filter.process(*x)).collect();
     let rate = fs / filter.factor() as f64;
     // The filters' own beginning.

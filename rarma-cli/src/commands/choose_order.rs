@@ -60,7 +60,7 @@ pub(super) fn main(args: &ChooseOrderArgs) -> Result<u8, Failure> {
     let seed = args.seed.unwrap_or(1);
     let (depth_m, why) = depth(args, &loaded)?;
     let process = &loaded.scenario.process;
-    let plant = |why| Failure::Input(format!("{}: {why}", args.scenario));
+    let plant = |why| Failure::whole(&args.scenario, why, "correct the fields it names");
     let all = roots(process, f64::INFINITY, depth_m, ROOTS).map_err(plant)?;
     let band = ear::band(&loaded);
     let truth = ear::dominant(process, &ear::audible(&all, band, MOST_DAMPED));

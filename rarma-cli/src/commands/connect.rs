@@ -31,7 +31,7 @@ pub(super) fn main(args: &ConnectArgs) -> Result<u8, Failure> {
         first.push(speech::command(line).map_err(|why| Failure::Usage(format!("--say: {why}")))?);
     }
     let port = Port::open(&args.port, args.baud)?;
-    if let Port::File(_) | Port::Input = port {
+    if !port.answers() {
         return Err(Failure::Usage(format!(
             "{}: a box is needed that answers; use `rarma decode` for a file",
             args.port

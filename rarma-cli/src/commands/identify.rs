@@ -75,7 +75,7 @@ pub(super) fn main(args: &IdentifyArgs) -> Result<u8, Failure> {
     let recording = read(&args.input)?;
     let file = recording.path.display().to_string();
     let found = identify(&recording.samples, recording.fs, args)
-        .map_err(|why| Failure::Input(format!("{file}: {why}")))?;
+        .map_err(|why| Failure::whole(&file, why, "record longer, or choose a lower order"))?;
     if args.json {
         let text = serde_json::to_string(&found).map_err(std::io::Error::from)?;
         say!("{text}");

@@ -71,7 +71,8 @@ pub(super) fn main(args: &LobesArgs) -> Result<u8, Failure> {
             })
             .collect();
         bar.finish_and_clear();
-        let points = points.map_err(|why| Failure::Input(format!("{name}: whole file: {why}")))?;
+        let points =
+            points.map_err(|why| Failure::whole(name, why, "correct the fields it names"))?;
         all.push(Lobes {
             scenario: loaded.scenario.name,
             most_mm,

@@ -29,7 +29,9 @@ pub(super) fn main(args: &PsdArgs) -> Result<u8, Failure> {
     let (_, y) = identify::detrended(&recording.samples, Detrend::Mean);
     let density = density(&y, recording.fs, args).map_err(|why| match why {
         Trouble::Usage(why) => Failure::Usage(why),
-        Trouble::Series(why) => Failure::Input(format!("{file}: whole file: {why}")),
+        Trouble::Series(why) => {
+            Failure::whole(&file, why, "record longer, or choose a lower order")
+        }
     })?;
     if args.json {
         let text = serde_json::to_string(&density).map_err(std::io::Error::from)?;

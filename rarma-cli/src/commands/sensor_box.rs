@@ -132,7 +132,7 @@ fn rig(at_work: &AtWork) -> Result<SimRig, Failure> {
     Ok(match &at_work.cut {
         Some(cut) => {
             let cut = VirtualCut::new(&cut.scenario)
-                .map_err(|why| Failure::Input(format!("{}: whole file: {why}", at_work.name)))?;
+                .map_err(|why| Failure::whole(&at_work.name, why, "correct the fields it names"))?;
             SimRig::new(set_up, cut.map(|reading| reading.value))
         }
         None => {

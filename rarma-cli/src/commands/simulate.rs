@@ -31,7 +31,7 @@ pub(super) fn main(args: &SimulateArgs) -> Result<u8, Failure> {
         ));
     };
     let loaded = scenario::load(name, args.seed)?;
-    let truth = TruthRecord::of(&loaded).map_err(Failure::Input)?;
+    let truth = TruthRecord::of(&loaded)?;
     let json = serde_json::to_string_pretty(&truth).map_err(std::io::Error::from)?;
     let mut files = Vec::new();
     if let Some(path) = &args.truth {
@@ -70,7 +70,7 @@ pub(super) fn main(args: &SimulateArgs) -> Result<u8, Failure> {
 /// The file cannot be written.
 fn write(loaded: &Loaded, out: &Path) -> Result<(Whole, u64), Failure> {
     let mut cut = VirtualCut::new(&loaded.scenario)
-        .map_err(|why| Failure::Input(format!("{}: {why}", loaded.scenario.name)))?;
+        .map_err(|why| Failure::whole(&loaded.scenario.name, why, "correct the fields it names"))?;
     let bits = loaded.scenario.microphone.converter.bits;
     let container = if bits <= 16 { 16 } else { 24 };
     let spec = hound::WavSpec {

@@ -115,7 +115,8 @@ fn point(
     order: (usize, usize),
     args: &SweepArgs,
 ) -> Result<SweepPoint, Failure> {
-    let refused = |why: PlantError| Failure::Input(format!("{}: {why}", loaded.scenario.name));
+    let refused =
+        |why: PlantError| Failure::whole(&loaded.scenario.name, why, "correct the fields it names");
     let depth_m = 1e-3 * depth_mm;
     let band = ear::band(loaded);
     let found = roots(process, f64::INFINITY, depth_m, 8).map_err(refused)?;

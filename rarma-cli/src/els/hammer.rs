@@ -81,7 +81,7 @@ impl Blow<'_> {
         }
         if f.len() < 50 {
             return Err(format!(
-                "{} lines between {low} and {high} Hz, at least 50 are needed: a longer record or a wider band",
+                "{} lines between {low} and {high} Hz, at least 50 are needed (record longer, or choose a wider --band)",
                 f.len()
             ));
         }
@@ -100,7 +100,7 @@ impl Blow<'_> {
             high_hz: high,
         };
         let through = |x: &[f64]| -> Result<(Vec<f64>, usize), String> {
-            let mut filter = BandFilter::new(band, self.fs).map_err(|why| format!("{why:?}"))?;
+            let mut filter = BandFilter::new(band, self.fs).map_err(|why| why.to_string())?;
             let out = x.iter().filter_map(|x| filter.process(*x)).collect();
             Ok((out, filter.factor()))
         };

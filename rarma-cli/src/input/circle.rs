@@ -16,14 +16,16 @@
 //! (cw) and may pass 360°.
 
 use super::table::{Dialect, hole, not_a_number};
-use super::{InputError, Problem};
+use super::{InputError, Problem, whole};
 use crate::ldbb::{Conditions, RunData, Static};
 use rarma_core::ldbb::Sense;
-use std::fs;
 use std::path::Path;
 
 /// Degrees between neighbours that are a gap.
 const GAP_DEG: f64 = 5.0;
+
+/// Highest number of a run.
+const MOST_RUNS: f64 = 1e6;
 
 /// What a file, or several, hold.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,12 +47,10 @@ pub fn read_circles(paths: &[impl AsRef<Path>]) -> Result<Circles, InputError> {
     let mut out: Option<Circles> = None;
     for path in paths {
         let path = path.as_ref();
-        let load = || {
-            let bytes = fs::read(path).map_err(|e| InputError::from_io(&e))?;
-            let text = String::from_utf8_lossy(&bytes).into_owned();
-            parse(text.strip_prefix('\u{feff}').unwrap_or(&text))
-        };
-        let mut one = load().map_err(|e| e.in_file(path))?;
+        let bytes = whole::bytes(path, whole::MOST_TABLE)?;
+        let text = String::from_utf8_lossy(&bytes);
+        let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+        let mut one = parse(text).map_err(|e| e.in_file(path))?;
         match &mut out {
             None => out = Some(one),
             Some(all) => {
@@ -283,7 +283,16 @@ impl Reader {
             Some(column) => word(column, &["up", "down"])? == 0,
             None => true,
         };
-        let run = value(c.run)? as u32;
+        let run = value(c.run)?;
+        if run.fract() != 0.0 || !(0.0..=MOST_RUNS).contains(&run) {
+            return Err(InputError::new(
+                Problem::Range,
+                format!("line {number}, column {}", c.run + 1),
+                format!("run is {run}"),
+                "number the runs, whole numbers from 0 on",
+            ));
+        }
+        let run = run as u32;
         let pressure_pa = c.pressure.1 * value(c.pressure.0)?;
         let force_n = c.force.1 * value(c.force.0)?;
         if dir == 2 {

@@ -1,5 +1,6 @@
 //! What can be wrong with an input file, in one line.
 
+use crate::one_line::OneLine;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -53,6 +54,8 @@ pub enum Problem {
     Grid,
     /// Units that are unknown, or contradict each other.
     Units,
+    /// The file is larger than any of its kind.
+    Size,
 }
 
 /// One line: `<file>: <place>: <what> (<what to do>)`.
@@ -88,34 +91,64 @@ impl InputError {
     }
 
     /// Names the file.
-    pub(super) fn in_file(mut self, path: &Path) -> Self {
+    pub(crate) fn in_file(mut self, path: &Path) -> Self {
         self.file = path.to_path_buf();
         self
     }
 
     /// Words for a failed system call.
-    pub(super) fn from_io(error: &io::Error) -> Self {
-        match error.kind() {
-            io::ErrorKind::NotFound => Self::new(
+    pub(crate) fn from_io(error: &io::Error) -> Self {
+        use io::ErrorKind as Kind;
+        let (problem, place, what, remedy) = match error.kind() {
+            Kind::NotFound => (
                 Problem::NotFound,
                 "open",
                 "no such file",
                 "check the spelling and the directory",
             ),
-            io::ErrorKind::PermissionDenied => Self::new(
+            Kind::PermissionDenied => (
                 Problem::Permission,
                 "open",
                 "permission denied",
                 "make the file readable for this user",
             ),
-            _ => Self::new(
-                Problem::Io,
-                "read",
-                error.to_string(),
-                "copy the file to a local disk and try again",
+            Kind::NotADirectory => (
+                Problem::NotFound,
+                "open",
+                "a file stands where the name needs a directory",
+                "check the spelling and the directory",
             ),
-        }
+            Kind::IsADirectory => (
+                Problem::Directory,
+                "open",
+                "is a directory",
+                "name one file inside it",
+            ),
+            Kind::OutOfMemory => (
+                Problem::Size,
+                "read",
+                "larger than the memory of this machine",
+                "check that it is the right file, or cut it",
+            ),
+            _ => {
+                let words = system_words(error);
+                return Self::new(
+                    Problem::Io,
+                    "read",
+                    words,
+                    "copy the file to a local disk and try again",
+                );
+            }
+        };
+        Self::new(problem, place, what, remedy)
     }
+}
+
+/// What the system says, without its number: `input/output error`.
+pub(crate) fn system_words(error: &io::Error) -> String {
+    let words = error.to_string();
+    let plain = words.split(" (os error ").next().unwrap_or(&words);
+    plain.to_lowercase()
 }
 
 impl fmt::Display for InputError {
@@ -127,16 +160,7 @@ impl fmt::Display for InputError {
             self.what,
             self.remedy
         );
-        // Names and fields come from outside: a line break in one of them must
-        // not turn the line into two, nor an escape code reach the terminal.
-        for c in line.chars() {
-            if c.is_control() {
-                write!(f, "{}", c.escape_default())?;
-            } else {
-                write!(f, "{c}")?;
-            }
-        }
-        Ok(())
+        write!(f, "{}", OneLine(&line))
     }
 }
 
@@ -163,5 +187,11 @@ mod tests {
         assert!(denied.to_string().contains("permission denied"));
         assert_eq!(of(io::ErrorKind::NotFound).problem, Problem::NotFound);
         assert_eq!(of(io::ErrorKind::TimedOut).problem, Problem::Io);
+        let memory = of(io::ErrorKind::OutOfMemory);
+        assert_eq!(memory.problem, Problem::Size);
+        assert!(!memory.to_string().contains("out of memory"), "{memory}");
+        // The system's own words, without its numbers.
+        let broken = InputError::from_io(&io::Error::from_raw_os_error(5));
+        assert!(!broken.to_string().contains("os error"), "{broken}");
     }
 }

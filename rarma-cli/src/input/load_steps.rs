@@ -1,9 +1,8 @@
 //! Load steps of a loaded ball bar: a table `angle_deg,load_n,deflection_um`.
 
 use super::table::{Dialect, hole, not_a_number};
-use super::{InputError, Problem};
+use super::{InputError, Problem, whole};
 use hal_sim::plant::els::fit::LoadStep;
-use std::fs;
 use std::path::Path;
 
 const NAMES: [&str; 3] = ["angle_deg", "load_n", "deflection_um"];
@@ -14,12 +13,8 @@ const NAMES: [&str; 3] = ["angle_deg", "load_n", "deflection_um"];
 /// # Errors
 /// The file cannot be read, has other columns, or a line that is no three numbers.
 pub fn read_load_steps(path: &Path) -> Result<Vec<LoadStep>, InputError> {
-    let load = || {
-        let bytes = fs::read(path).map_err(|e| InputError::from_io(&e))?;
-        let text = String::from_utf8_lossy(&bytes).into_owned();
-        parse(&text)
-    };
-    load().map_err(|e| e.in_file(path))
+    let bytes = whole::bytes(path, whole::MOST_TABLE)?;
+    parse(&String::from_utf8_lossy(&bytes)).map_err(|e| e.in_file(path))
 }
 
 fn parse(text: &str) -> Result<Vec<LoadStep>, InputError> {

@@ -24,14 +24,17 @@ mod structure;
 mod table;
 mod time;
 mod wav;
+mod whole;
 
 pub use circle::{Circles, read_circles};
 pub use circle_write::circle_file;
+pub(crate) use error::system_words;
 pub use error::{InputError, Problem};
 pub use health::check;
 pub use load_steps::read_load_steps;
 pub use receptance::{Function, Plane, Role, merge, read_receptances, write_uff};
 pub use structure::read as read_structure;
+pub use whole::{bytes, text};
 
 use crate::raw_streams::Gap;
 use std::fs;

@@ -12,11 +12,13 @@
 //! Whatever else a file holds is passed over.
 
 use super::table::{Dialect, hole, not_a_number};
-use super::{InputError, Problem};
+use super::{InputError, Problem, whole};
 use rarma_core::decide::{MAX_STRUCTURAL_MODES, StructuralMode, Structure, StructureError};
 use serde_json::Value;
-use std::fs;
 use std::path::Path;
+
+/// No list of modes is larger than this, bytes: `identify --json` writes some hundred a mode.
+const MOST_BYTES: u64 = 1 << 24;
 
 /// The four names, in the order of [`StructuralMode`].
 const NAMES: [&str; 4] = ["f", "f_sd", "zeta", "zeta_sd"];
@@ -31,14 +33,7 @@ type Row = ([f64; 4], String);
 /// range: which, and where.
 pub fn read(path: &Path) -> Result<Structure<f64>, InputError> {
     let load = || {
-        if path.is_dir() {
-            return Err(InputError::new(
-                Problem::Directory,
-                "open",
-                "is a directory",
-                "name one file inside it",
-            ));
-        }
+        let bytes = whole::bytes(path, MOST_BYTES)?;
         let extension = path.extension().and_then(|e| e.to_str());
         let rows = match extension.map(str::to_ascii_lowercase).as_deref() {
             Some("json") => from_json,
@@ -52,15 +47,7 @@ pub fn read(path: &Path) -> Result<Structure<f64>, InputError> {
                 ));
             }
         };
-        let bytes = fs::read(path).map_err(|e| InputError::from_io(&e))?;
-        let text = String::from_utf8(bytes).map_err(|e| {
-            InputError::new(
-                Problem::NotThisFormat,
-                format!("byte {}", e.utf8_error().valid_up_to()),
-                "this is not plain text",
-                "save it as UTF-8",
-            )
-        })?;
+        let text = whole::utf8(bytes)?;
         structure(&rows(text.strip_prefix('\u{feff}').unwrap_or(&text))?)
     };
     load().map_err(|e: InputError| e.in_file(path))

@@ -1,6 +1,7 @@
 //! Scenarios of the box at work: what it hears, what the host says, what breaks.
 
-use super::reader::{Allowed, Refusal, Section, Text, unknown};
+use super::file;
+use super::reader::{Allowed, Refusal, Section};
 use super::{Loaded, load};
 use crate::failure::Failure;
 use crate::speech;
@@ -8,7 +9,6 @@ use hal_sim::rig::{FaultEvent, FaultKind, Noise};
 use rarma_core::settings::SettingValue;
 use rarma_core::wire::Command;
 use serde_json::{Value, json};
-use std::fs;
 use toml::de::DeTable;
 
 /// The shipped scenarios: name and text.
@@ -65,31 +65,29 @@ pub struct AtWork {
 /// # Errors
 /// One line: file, line, field, what is allowed.
 pub fn load_box(name: &str, seed: Option<u64>) -> Result<AtWork, Failure> {
-    if let Some((_, text)) = BOX_SHIPPED.iter().find(|(n, _)| *n == name) {
-        return parse_box(name, text, seed);
-    }
-    let text = fs::read_to_string(name).unwrap_or_default();
-    let is_box = DeTable::parse(&text).is_ok_and(|table| {
+    let shipped: Vec<_> = BOX_SHIPPED.into_iter().chain(super::SHIPPED).collect();
+    let text = file::text(name, &shipped)?;
+    // What is no TOML at all is told by either reader alike.
+    let is_cut = DeTable::parse(&text).is_ok_and(|table| {
         let has = |key: &str| table.get_ref().iter().any(|(k, _)| k.get_ref() == key);
-        !text.is_empty() && !has("milling") && !has("turning")
+        has("milling") || has("turning")
     });
-    if is_box {
-        return parse_box(name, &text, seed);
+    if is_cut {
+        listening(name, super::parse(name, &text, seed)?)
+    } else {
+        parse_box(name, &text, seed)
     }
-    listening(load(name, seed)?)
 }
 
-fn listening(cut: Loaded) -> Result<AtWork, Failure> {
+fn listening(file: &str, cut: Loaded) -> Result<AtWork, Failure> {
     let scenario = &cut.scenario;
     if scenario.microphone.sample_rate_hz != 48_000.0 {
         return Err(Failure::Input(format!(
-            "{}: microphone.sample_rate_hz is {} (allowed: 48000, the box's)",
-            scenario.name, scenario.microphone.sample_rate_hz
+            "{file}: whole file: microphone.sample_rate_hz is {} (allowed: 48000, the box's)",
+            scenario.microphone.sample_rate_hz
         )));
     }
-    let truth = scenario
-        .truth()
-        .map_err(|why| Failure::Input(format!("{}: whole file: {why}", scenario.name)))?;
+    let truth = scenario.truth().map_err(|why| file::whole(file, why))?;
     let set = |name: &str, value| match speech::setting(name) {
         Ok(setting) => Command::Set {
             setting: setting.number,
@@ -136,21 +134,9 @@ fn listening(cut: Loaded) -> Result<AtWork, Failure> {
 /// # Errors
 /// As [`load_box`].
 pub fn parse_box(file: &str, text: &str, seed: Option<u64>) -> Result<AtWork, Failure> {
-    let lines = Text(text);
-    let table = DeTable::parse(text).map_err(|why| {
-        let line = why.span().map_or(1, |span| lines.line(&span));
-        let what = why.message().lines().next().unwrap_or_default();
-        Failure::Input(format!("{file}: line {line}: not TOML: {what}"))
-    })?;
-    let refused =
-        |r: Refusal| Failure::Input(format!("{file}: line {}: {} {}", r.line, r.field, r.what));
-    if let Some(refusal) = unknown(lines, table.get_ref(), &box_schema()) {
-        return Err(refused(refusal));
-    }
-    let mut root = Section::root(lines, table.get_ref());
-    let (mut at_work, cut) = read(&mut root, seed).map_err(refused)?;
+    let (mut at_work, cut) = file::parse(file, text, &box_schema(), |root| read(root, seed))?;
     if cut != QUIET {
-        let heard = listening(load(&cut, seed)?)?;
+        let heard = listening(&cut, load(&cut, seed)?)?;
         at_work.spindle_hz = heard.spindle_hz;
         at_work.cut = heard.cut;
         at_work.host.splice(0..0, heard.host);

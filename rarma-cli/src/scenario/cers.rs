@@ -3,13 +3,12 @@
 //! What the rig may not do is refused here, before a coil is energised even in simulation.
 
 use super::cers_parts::{Known, excitation, magnets, spindle};
-use super::reader::{Allowed, Refusal, Section, Text, unknown};
+use super::file;
+use super::reader::{Allowed, Refusal, Section};
 use crate::cers::{Drive, needed_volts};
 use crate::failure::Failure;
 use hal_sim::plant::cers::ExciterConfig;
 use serde_json::{Value, json};
-use std::fs;
-use toml::de::DeTable;
 
 /// The shipped measurements: name and text.
 pub const SHIPPED_CERS: [(&str, &str); 3] = [
@@ -70,18 +69,7 @@ pub struct CersScenario {
 /// # Errors
 /// One line: file, line, field, what is allowed.
 pub fn load_cers(name: &str) -> Result<CersScenario, Failure> {
-    if let Some((_, text)) = SHIPPED_CERS.iter().find(|(n, _)| *n == name) {
-        return parse_cers(name, text);
-    }
-    let text = fs::read_to_string(name).map_err(|why| {
-        let names: Vec<&str> = SHIPPED_CERS.iter().map(|(n, _)| *n).collect();
-        Failure::Input(format!(
-            "{name}: open: {} (a TOML file, or one of {})",
-            why.to_string().to_lowercase(),
-            names.join(", ")
-        ))
-    })?;
-    parse_cers(name, &text)
+    parse_cers(name, &file::text(name, &SHIPPED_CERS)?)
 }
 
 /// A measurement from its text; `file` is what messages call it.
@@ -89,28 +77,7 @@ pub fn load_cers(name: &str) -> Result<CersScenario, Failure> {
 /// # Errors
 /// As [`load_cers`].
 pub fn parse_cers(file: &str, text: &str) -> Result<CersScenario, Failure> {
-    parse(file, text, &cers_schema(), read)
-}
-
-/// Reads a file with one of this module's readers.
-pub(super) fn parse<V>(
-    file: &str,
-    text: &str,
-    schema: &Value,
-    read: impl FnOnce(&mut Section<'_>) -> Result<V, Refusal>,
-) -> Result<V, Failure> {
-    let lines = Text(text);
-    let table = DeTable::parse(text).map_err(|why| {
-        let line = why.span().map_or(1, |span| lines.line(&span));
-        let what = why.message().lines().next().unwrap_or_default();
-        Failure::Input(format!("{file}: line {line}: not TOML: {what}"))
-    })?;
-    let refused =
-        |r: Refusal| Failure::Input(format!("{file}: line {}: {} {}", r.line, r.field, r.what));
-    if let Some(refusal) = unknown(lines, table.get_ref(), schema) {
-        return Err(refused(refusal));
-    }
-    read(&mut Section::root(lines, table.get_ref())).map_err(refused)
+    file::parse(file, text, &cers_schema(), read)
 }
 
 /// JSON schema of a measurement's file, from the same calls that read it.
@@ -166,7 +133,10 @@ fn read(root: &mut Section<'_>) -> Result<CersScenario, Refusal> {
     if !root.describes() {
         within_limits(root, &known, &drive, supply, bias)?;
         if tracks.chunks(2).any(|b| b.len() != 2 || b[1] <= b[0]) {
-            return Err(root.refuse("tracks_hz", "is no list of bands, low and high by turns"));
+            return Err(root.refuse(
+                "tracks_hz",
+                "is no list of bands (allowed: low and high by turns, each band rising)",
+            ));
         }
     }
     let mut plant = ExciterConfig {
@@ -214,7 +184,7 @@ fn within_limits(
         return Err(root.refuse(
             "bias_a",
             format!(
-                "is {bias}: {:.1} Ω need {needs:.1} V, the supply of {supply} V gives {has:.1} V",
+                "is {bias}: {:.1} Ω need {needs:.1} V, the supply of {supply} V gives {has:.1} V (allowed: what the supply can drive)",
                 known.resistance_ohm
             ),
         ));
@@ -224,7 +194,7 @@ fn within_limits(
         return Err(root.refuse(
             "bias_a",
             format!(
-                "is {bias}: the excitation's peak of {peak:.2} A exceeds it, a coil would reach zero and the force be rectified"
+                "is {bias}: the excitation's peak of {peak:.2} A exceeds it, a coil would reach zero and the force be rectified (allowed: a bias above that peak)"
             ),
         ));
     }
@@ -234,7 +204,7 @@ fn within_limits(
         return Err(root.refuse(
             "bias_a",
             format!(
-                "is {bias}: with the excitation {:.2} A take the iron to {flux:.2} of its knee, the force is trusted up to {}",
+                "is {bias}: with the excitation {:.2} A take the iron to {flux:.2} of its knee, the force is trusted up to {} (allowed: less bias_a or rms_a)",
                 bias + peak,
                 rarma_core::cers::TRUSTED_PART
             ),

@@ -37,7 +37,10 @@ pub(super) fn excitation(s: &mut Section<'_>) -> Result<Drive, Refusal> {
         "Current of each direction, A rms",
     )?;
     if !s.describes() && high < low + 50.0 {
-        return Err(s.refuse("high_hz", format!("is {high}: no band above {low} Hz")));
+        return Err(s.refuse(
+            "high_hz",
+            format!("is {high} (allowed: more than low_hz, which is {low})"),
+        ));
     }
     Ok(Drive {
         signal: [Signal::Multisine, Signal::Noise, Signal::Prbs][signal],
@@ -72,7 +75,7 @@ pub(super) fn spindle(s: &mut Section<'_>) -> Result<Spindle, Refusal> {
         if !s.describes() && rpm > most {
             return Err(s.refuse(
                 field,
-                format!("is {rpm}: the spindle's limit is {most} 1/min (spindle.most_rpm)"),
+                format!("is {rpm}: above the spindle's limit (allowed: up to most_rpm, {most})"),
             ));
         }
     }
@@ -82,7 +85,10 @@ pub(super) fn spindle(s: &mut Section<'_>) -> Result<Spindle, Refusal> {
         "Forces that turn with the spindle: order and N at 18 000 1/min by turns, growing with the square of the speed; left out: three bearing lines of half a newton",
     )?;
     if !s.describes() && !lines.len().is_multiple_of(2) {
-        return Err(s.refuse("lines", "is no list of orders and forces by turns"));
+        return Err(s.refuse(
+            "lines",
+            "is no list of orders and forces (allowed: order and N by turns)",
+        ));
     }
     let lines = lines.chunks_exact(2).map(|p| (p[0], p[1])).collect();
     Ok((from / 60.0, to / 60.0, lines))

@@ -2,12 +2,16 @@
 //!
 //! What is wrong is one line: file, place, reason.
 
-use super::cers::parse;
+use super::file;
 use super::reader::{Allowed, Refusal, Section};
 use crate::cers::record::CHANNELS;
 use crate::cers::{CersRecord, Drive, Setup, Signal, Truth};
 use crate::failure::Failure;
+use crate::input::InputError;
 use rarma_core::cers::{Eddy, Magnet};
+use serde_json::Value;
+use std::fs::File;
+use std::io::BufReader;
 use std::path::Path;
 
 /// Reads a folder that `rarma cers run --out` wrote, or a rig.
@@ -22,83 +26,92 @@ pub fn read_cers(dir: &Path) -> Result<CersRecord, Failure> {
             dir.display()
         )));
     }
-    let file = notes.display().to_string();
-    let text = std::fs::read_to_string(&notes).map_err(|why| {
-        Failure::Input(format!(
-            "{file}: open: {} (a record is record.toml and signals.wav)",
-            why.to_string().to_lowercase()
-        ))
-    })?;
-    let mut description = Section::description();
-    let _ = setup(&mut description);
-    let setup = parse(&file, &text, &description.schema(), setup)?;
-    signals(&wav, setup)
+    let text = file::text(&notes.display().to_string(), &[])?;
+    signals(&wav, parse_record(&notes.display().to_string(), &text)?)
+}
+
+/// What must be known of a record, from the text of its `record.toml`; `file` is what messages
+/// call it. [`Setup::text`] writes it.
+///
+/// # Errors
+/// One line: file, line, field, what is allowed.
+pub fn parse_record(file: &str, text: &str) -> Result<Setup, Failure> {
+    file::parse(file, text, &record_schema(), setup)
+}
+
+/// JSON schema of `record.toml`, from the same calls that read it.
+pub fn record_schema() -> Value {
+    let mut root = Section::description();
+    // A description answers every question: there is nothing to refuse.
+    let _ = setup(&mut root);
+    root.schema()
 }
 
 fn signals(path: &Path, setup: Setup) -> Result<CersRecord, Failure> {
-    let refused =
-        |place: &str, what: String| Failure::Input(format!("{}: {place}: {what}", path.display()));
-    let mut reader = hound::WavReader::open(path)
-        .map_err(|why| refused("open", why.to_string().to_lowercase()))?;
+    let refused = |place: &str, what: String, remedy: &str| {
+        Failure::Input(format!("{}: {place}: {what} ({remedy})", path.display()))
+    };
+    const COPY: &str = "copy it again, or measure again";
+    const FORM: &str = "give the signals that belong to record.toml";
+    let file = File::open(path).map_err(|why| InputError::from_io(&why).in_file(path))?;
+    let mut reader = hound::WavReader::new(BufReader::new(file))
+        .map_err(|why| refused("header", why.to_string().to_lowercase(), COPY))?;
     let spec = reader.spec();
     if usize::from(spec.channels) != CHANNELS.len() {
-        return Err(refused(
-            "header",
-            format!(
-                "{} channels, a record has {} ({})",
-                spec.channels,
-                CHANNELS.len(),
-                CHANNELS.join(", ")
-            ),
-        ));
+        let (has, needs) = (spec.channels, CHANNELS.len());
+        let what = format!("{has} channels, a record has {needs}");
+        let remedy = format!("give {}", CHANNELS.join(", "));
+        return Err(refused("header", what, &remedy));
     }
     if spec.sample_format != hound::SampleFormat::Float {
-        return Err(refused(
-            "header",
-            "integer samples: a record is float, in SI units".to_owned(),
-        ));
+        let what = "integer samples".to_owned();
+        return Err(refused("header", what, "write floats, in SI units"));
     }
     if (f64::from(spec.sample_rate) - setup.rate_hz).abs() > 0.5 {
-        return Err(refused(
-            "header",
-            format!(
-                "{} Hz, but record.toml says {} Hz",
-                spec.sample_rate, setup.rate_hz
-            ),
-        ));
+        let (has, said) = (spec.sample_rate, setup.rate_hz);
+        let what = format!("{has} Hz, but record.toml says {said} Hz");
+        return Err(refused("header", what, FORM));
     }
     let mut lists: [Vec<f64>; 11] = Default::default();
     for (n, sample) in reader.samples::<f32>().enumerate() {
         let (frame, channel) = (n / CHANNELS.len(), n % CHANNELS.len());
         let place = || format!("frame {frame}, {}", CHANNELS[channel]);
-        let x = sample.map_err(|why| refused(&place(), why.to_string().to_lowercase()))?;
+        let x = sample.map_err(|why| refused(&place(), why.to_string().to_lowercase(), COPY))?;
         if !x.is_finite() {
-            return Err(refused(&place(), format!("{x} is not a finite number")));
+            let what = format!("{x} is not a finite number");
+            return Err(refused(
+                &place(),
+                what,
+                "measure again, or cut the record there",
+            ));
         }
         lists[channel].push(f64::from(x));
     }
     let n = lists[10].len();
     let block = crate::cers::BLOCK;
     if n < 2 * block {
-        return Err(refused(
-            "data",
-            format!("{n} frames, at least two blocks of {block} are needed"),
-        ));
+        let what = format!("{n} frames, at least two blocks of {block} are needed");
+        return Err(refused("data", what, "measure longer"));
     }
     for (k, list) in lists.iter().enumerate() {
         let rests = (k < 2 && !setup.drive.axes[k]) || k == 10;
         if !rests && list.iter().all(|x| *x == list[0]) {
-            let why = match k {
-                0 | 1 => "the command never changes: nothing was excited",
-                6 | 7 => {
-                    "the gap sensor gives one value: absent or dead, the force cannot be rebuilt"
-                }
-                _ => "one value throughout: a dead sensor",
+            let (why, remedy) = match k {
+                0 | 1 => (
+                    "the command never changes: nothing was excited",
+                    "excite this axis, or say in record.toml that it rests",
+                ),
+                6 | 7 => (
+                    "the gap sensor gives one value: absent or dead, the force cannot be rebuilt",
+                    "connect the sensor and measure again",
+                ),
+                _ => (
+                    "one value throughout: a dead sensor",
+                    "connect the sensor and measure again",
+                ),
             };
-            return Err(refused(
-                &format!("channel {}", k + 1),
-                format!("{}: {why}", CHANNELS[k]),
-            ));
+            let place = format!("channel {}", k + 1);
+            return Err(refused(&place, format!("{}: {why}", CHANNELS[k]), remedy));
         }
     }
     let [cx, cy, xp, xm, yp, ym, dx, dy, ax, ay, angle] = lists;
@@ -115,6 +128,7 @@ fn signals(path: &Path, setup: Setup) -> Result<CersRecord, Failure> {
         return Err(refused(
             &format!("frame {k}, {}", CHANNELS[10]),
             "the spindle turns backwards: the tacho misses pulses".to_owned(),
+            "see to the tacho and measure again",
         ));
     }
     Ok(CersRecord {
@@ -212,12 +226,15 @@ fn setup(root: &mut Section<'_>) -> Result<Setup, Refusal> {
             .ok_or_else(|| {
                 root.refuse(
                     "magnet",
-                    format!("{side} has no calibration: its force would be a guess"),
+                    format!("{side} has no calibration: its force would be a guess (allowed: one of each of +x, -x, +y, -y)"),
                 )
             })
     };
     if tracks.chunks(2).any(|b| b.len() != 2 || b[1] <= b[0]) {
-        return Err(root.refuse("tracks_hz", "is no list of bands, low and high by turns"));
+        return Err(root.refuse(
+            "tracks_hz",
+            "is no list of bands (allowed: low and high by turns, each band rising)",
+        ));
     }
     Ok(Setup {
         name,
@@ -295,7 +312,7 @@ fn truth(s: &mut Section<'_>) -> Result<Truth, Refusal> {
     let x = s.numbers("x", any, "Parts of the motion in x")?;
     let y = s.numbers("y", any, "Parts of the motion in y")?;
     if [&zeta, &x, &y].iter().any(|l| l.len() != f.len()) {
-        return Err(s.refuse("f_hz", "and the other lists differ in length"));
+        return Err(s.refuse("f_hz", "and the other lists differ in length (allowed: one number a mode in each of f_hz, zeta, x, y)"));
     }
     Ok(Truth {
         modes: (0..f.len()).map(|k| [f[k], zeta[k], x[k], y[k]]).collect(),

@@ -1,7 +1,8 @@
 //! Systems of `rarma els`: TOML files beside the scenarios, read the same way.
 
 use super::els_parts::{cut, link, ring, segment};
-use super::reader::{Allowed, Refusal, Section, Text, unknown};
+use super::file;
+use super::reader::{Allowed, Refusal, Section};
 use super::shared::{MM, N_PER_UM};
 use crate::failure::Failure;
 use hal_sim::plant::els::beam::Theory;
@@ -9,8 +10,6 @@ use hal_sim::plant::els::link::{Link, LinkLaw};
 use hal_sim::plant::els::{Clamping, ElsConfig};
 use rarma_core::els::CutConfig;
 use serde_json::{Value, json};
-use std::fs;
-use toml::de::DeTable;
 
 /// The shipped systems: name and text.
 pub const SHIPPED_ELS: [(&str, &str); 3] = [
@@ -58,18 +57,7 @@ pub struct ElsScenario {
 /// # Errors
 /// One line: file, line, field, what is allowed.
 pub fn load_els(name: &str) -> Result<ElsScenario, Failure> {
-    if let Some((_, text)) = SHIPPED_ELS.iter().find(|(n, _)| *n == name) {
-        return parse_els(name, text);
-    }
-    let text = fs::read_to_string(name).map_err(|why| {
-        let names: Vec<&str> = SHIPPED_ELS.iter().map(|(n, _)| *n).collect();
-        Failure::Input(format!(
-            "{name}: open: {} (a TOML file, or one of {})",
-            why.to_string().to_lowercase(),
-            names.join(", ")
-        ))
-    })?;
-    parse_els(name, &text)
+    parse_els(name, &file::text(name, &SHIPPED_ELS)?)
 }
 
 /// A system from its text; `file` is what messages call it.
@@ -77,21 +65,10 @@ pub fn load_els(name: &str) -> Result<ElsScenario, Failure> {
 /// # Errors
 /// As [`load_els`].
 pub fn parse_els(file: &str, text: &str) -> Result<ElsScenario, Failure> {
-    let lines = Text(text);
-    let table = DeTable::parse(text).map_err(|why| {
-        let line = why.span().map_or(1, |span| lines.line(&span));
-        let what = why.message().lines().next().unwrap_or_default();
-        Failure::Input(format!("{file}: line {line}: not TOML: {what}"))
-    })?;
-    let refused =
-        |r: Refusal| Failure::Input(format!("{file}: line {}: {} {}", r.line, r.field, r.what));
-    if let Some(refusal) = unknown(lines, table.get_ref(), &els_schema()) {
-        return Err(refused(refusal));
-    }
-    let out = read(&mut Section::root(lines, table.get_ref())).map_err(refused)?;
+    let out = file::parse(file, text, &els_schema(), read)?;
     out.config
         .validate()
-        .map_err(|why| Failure::Input(format!("{file}: whole file: {why}")))?;
+        .map_err(|why| file::whole(file, why))?;
     Ok(out)
 }
 

@@ -1,14 +1,13 @@
 //! Tests of `rarma ldbb run`: TOML files beside the scenarios, read the same way.
 
+use super::file;
 use super::ldbb_parts::{gauge, machine};
-use super::reader::{Allowed, Refusal, Section, Text, unknown};
+use super::reader::{Allowed, Refusal, Section};
 use crate::failure::Failure;
 use crate::ldbb::Conditions;
 use hal_sim::plant::ldbb::{AirConfig, BenchConfig, MachineConfig};
 use rarma_core::ldbb::{ForceLaw, Inclination, ProcedureConfig, Setting};
 use serde_json::{Value, json};
-use std::fs;
-use toml::de::DeTable;
 
 /// The shipped tests: name and text.
 pub const SHIPPED_LDBB: [(&str, &str); 3] = [
@@ -43,18 +42,7 @@ pub struct LdbbScenario {
 /// # Errors
 /// One line: file, line, field, what is allowed.
 pub fn load_ldbb(name: &str) -> Result<LdbbScenario, Failure> {
-    if let Some((_, text)) = SHIPPED_LDBB.iter().find(|(n, _)| *n == name) {
-        return parse_ldbb(name, text);
-    }
-    let text = fs::read_to_string(name).map_err(|why| {
-        let names: Vec<&str> = SHIPPED_LDBB.iter().map(|(n, _)| *n).collect();
-        Failure::Input(format!(
-            "{name}: open: {} (a TOML file, or one of {})",
-            why.to_string().to_lowercase(),
-            names.join(", ")
-        ))
-    })?;
-    parse_ldbb(name, &text)
+    parse_ldbb(name, &file::text(name, &SHIPPED_LDBB)?)
 }
 
 /// A test from its text; `file` is what messages call it.
@@ -62,18 +50,7 @@ pub fn load_ldbb(name: &str) -> Result<LdbbScenario, Failure> {
 /// # Errors
 /// As [`load_ldbb`].
 pub fn parse_ldbb(file: &str, text: &str) -> Result<LdbbScenario, Failure> {
-    let lines = Text(text);
-    let table = DeTable::parse(text).map_err(|why| {
-        let line = why.span().map_or(1, |span| lines.line(&span));
-        let what = why.message().lines().next().unwrap_or_default();
-        Failure::Input(format!("{file}: line {line}: not TOML: {what}"))
-    })?;
-    let refused =
-        |r: Refusal| Failure::Input(format!("{file}: line {}: {} {}", r.line, r.field, r.what));
-    if let Some(refusal) = unknown(lines, table.get_ref(), &ldbb_schema()) {
-        return Err(refused(refusal));
-    }
-    read(&mut Section::root(lines, table.get_ref())).map_err(refused)
+    file::parse(file, text, &ldbb_schema(), read)
 }
 
 /// JSON schema of a test's file, from the same calls that read it.
@@ -164,7 +141,10 @@ fn read(root: &mut Section<'_>) -> Result<LdbbScenario, Refusal> {
         forces
     };
     if !root.describes() && forces.windows(2).any(|w| w[1] <= w[0]) {
-        return Err(root.refuse("forces_n", "does not rise from force to force"));
+        return Err(root.refuse(
+            "forces_n",
+            "does not rise (allowed: every force above the one before)",
+        ));
     }
     let incline = Inclination {
         angle_rad: inclination.to_radians(),
@@ -180,7 +160,12 @@ fn read(root: &mut Section<'_>) -> Result<LdbbScenario, Refusal> {
     let settings = match settings {
         Ok(s) => s,
         Err(_) if root.describes() => Vec::new(),
-        Err(why) => return Err(root.refuse("inclination_deg", format!("does not go: {why}"))),
+        Err(why) => {
+            return Err(root.refuse(
+                "inclination_deg",
+                format!("does not go: {why} (allowed: an angle and forces that the bar can hold)"),
+            ));
+        }
     };
     let first = settings.first().copied().unwrap_or(Setting {
         radius_m: 0.15,

@@ -55,7 +55,7 @@ pub(super) fn machine(s: &mut Section<'_>) -> Result<MachineConfig, Refusal> {
         (Some(a), Some(b)) => Around::through(N_PER_UM * mean, a, b).map_err(|_| {
             s.refuse(
                 "most",
-                "and least are not the extremes of any smooth course",
+                "and least are not the extremes of any smooth course (allowed: most above least, their directions apart)",
             )
         })?,
         _ => Around::constant(N_PER_UM * mean),
@@ -129,7 +129,10 @@ fn extreme(
         [k, deg] if k > 0.0 => Ok(Some((N_PER_UM * k, deg.to_radians()))),
         [] => Ok(None),
         _ if s.describes() => Ok(None),
-        _ => Err(s.refuse(field, "is no pair of stiffness and angle")),
+        _ => Err(s.refuse(
+            field,
+            "is no pair (allowed: a stiffness above 0 in N/µm, and its angle in degrees)",
+        )),
     }
 }
 

@@ -9,6 +9,7 @@ mod cers_parts;
 mod cers_record;
 mod els;
 mod els_parts;
+mod file;
 mod ldbb;
 mod ldbb_parts;
 mod listen;
@@ -22,18 +23,15 @@ pub use at_work::{AtWork, BOX_SHIPPED, box_schema, load_box, parse_box};
 pub use cers::{
     Calibrated, CersScenario, MOST_DUTY, SHIPPED_CERS, cers_schema, load_cers, parse_cers,
 };
-pub use cers_record::read_cers;
+pub use cers_record::{parse_record, read_cers, record_schema};
 pub use els::{ElsScenario, SHIPPED_ELS, els_schema, load_els, parse_els};
 pub use ldbb::{LdbbScenario, SHIPPED_LDBB, ldbb_schema, load_ldbb, parse_ldbb};
 pub use listen::BoxHints;
 
 use crate::failure::Failure;
 use hal_sim::plant::cut::Scenario;
-use reader::{Allowed, Refusal, Section, Text, unknown};
+use reader::{Allowed, Refusal, Section};
 use serde_json::{Value, json};
-use std::fs;
-use std::path::Path;
-use toml::de::DeTable;
 
 /// The shipped scenarios: name and text.
 pub const SHIPPED: [(&str, &str); 11] = [
@@ -99,18 +97,7 @@ pub struct Loaded {
 /// # Errors
 /// One line: file, line, field, what is allowed.
 pub fn load(name: &str, seed: Option<u64>) -> Result<Loaded, Failure> {
-    if let Some((_, text)) = SHIPPED.iter().find(|(n, _)| *n == name) {
-        return parse(name, text, seed);
-    }
-    let text = fs::read_to_string(Path::new(name)).map_err(|why| {
-        let names: Vec<&str> = SHIPPED.iter().map(|(n, _)| *n).collect();
-        Failure::Input(format!(
-            "{name}: open: {} (a TOML file, or one of {})",
-            why.to_string().to_lowercase(),
-            names.join(", ")
-        ))
-    })?;
-    parse(name, &text, seed)
+    parse(name, &file::text(name, &SHIPPED)?, seed)
 }
 
 /// A scenario from its text; `file` is what messages call it.
@@ -118,23 +105,8 @@ pub fn load(name: &str, seed: Option<u64>) -> Result<Loaded, Failure> {
 /// # Errors
 /// As [`load`].
 pub fn parse(file: &str, text: &str, seed: Option<u64>) -> Result<Loaded, Failure> {
-    let lines = Text(text);
-    let table = DeTable::parse(text).map_err(|why| {
-        let line = why.span().map_or(1, |span| lines.line(&span));
-        let what = why.message().lines().next().unwrap_or_default();
-        Failure::Input(format!("{file}: line {line}: not TOML: {what}"))
-    })?;
-    let refused =
-        |r: Refusal| Failure::Input(format!("{file}: line {}: {} {}", r.line, r.field, r.what));
-    // Unknown names first: a misspelt field is not a missing one.
-    if let Some(refusal) = unknown(lines, table.get_ref(), &schema()) {
-        return Err(refused(refusal));
-    }
-    let mut root = Section::root(lines, table.get_ref());
-    let loaded = read(&mut root, seed).map_err(refused)?;
-    // What the plants themselves would refuse, and no single field shows.
-    hal_sim::plant::cut::VirtualCut::new(&loaded.scenario)
-        .map_err(|why| Failure::Input(format!("{file}: whole file: {why}")))?;
+    let loaded = file::parse(file, text, &schema(), |root| read(root, seed))?;
+    hal_sim::plant::cut::VirtualCut::new(&loaded.scenario).map_err(|why| file::whole(file, why))?;
     Ok(loaded)
 }
 

@@ -243,7 +243,7 @@ impl<'a> Section<'a> {
             Some(value) => value
                 .get_ref()
                 .as_str()
-                .filter(|s| !s.trim().is_empty() && !s.contains('\n'))
+                .filter(|s| !s.trim().is_empty() && !s.contains(char::is_control))
                 .map(str::to_owned)
                 .ok_or_else(|| self.wrong(field, value.get_ref(), allowed)),
             None if self.describes() => Ok(String::new()),

@@ -87,7 +87,7 @@ pub(super) fn shown(value: &DeValue<'_>) -> String {
             let short: String = s
                 .chars()
                 .take(40)
-                .map(|c| if c == '\n' { ' ' } else { c })
+                .map(|c| if c.is_control() { ' ' } else { c })
                 .collect();
             format!("the text \"{short}\"")
         }

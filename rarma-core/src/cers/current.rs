@@ -3,6 +3,8 @@
 //! Rate: once a period of the current loop. Fast path: no division, no branch on data
 //! beyond the clamps.
 
+use core::fmt;
+
 /// What the coil and its supply are, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RegulatorConfig {
@@ -34,6 +36,21 @@ pub enum RegulatorError {
     /// `most_duty`.
     Duty,
 }
+
+impl fmt::Display for RegulatorError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = match self {
+            Self::Inductance => "inductance_h",
+            Self::Resistance => "resistance_ohm",
+            Self::Rate => "rate_hz",
+            Self::Crossover => "crossover",
+            Self::Duty => "most_duty",
+        };
+        write!(f, "{name} is out of its range")
+    }
+}
+
+impl core::error::Error for RegulatorError {}
 
 /// Coefficients of a regulator; one set serves all coils.
 ///

@@ -12,6 +12,7 @@
 use super::biquad::{Biquad, BiquadState, Pass};
 use super::fir::FirStage;
 use crate::real::Real;
+use core::fmt;
 use serde::{Deserialize, Serialize};
 
 /// Band edges, Hz.
@@ -42,6 +43,28 @@ pub enum BandError {
         lowest_hz: f64,
     },
 }
+
+impl fmt::Display for BandError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Edges => f.write_str(
+                "the band's edges must be above 0, the upper one at least 1.2 times the lower",
+            ),
+            Self::Rate => f.write_str("the sampling rate must be above 0"),
+            Self::RateTooLow { highest_hz } => {
+                write!(f, "the rate allows a band up to {highest_hz:.0} Hz")
+            }
+            Self::TooWide { lowest_hz } => {
+                write!(
+                    f,
+                    "a band with this upper edge must begin at {lowest_hz:.1} Hz or above"
+                )
+            }
+        }
+    }
+}
+
+impl core::error::Error for BandError {}
 
 /// Highest band edge as a fraction of the sampling rate.
 pub const TOP_FRACTION: f64 = 0.45;

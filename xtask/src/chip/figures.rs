@@ -4,11 +4,11 @@ use std::fmt::Write as _;
 
 use crate::arm_image::ArmImage;
 use crate::count::calls::Unwanted;
+use crate::page::Part;
 use crate::{Failure, Result};
 
-/// Line before the table in a file that holds it, and the line after it.
-const BEGIN: &str = "<!-- chip:begin -->\n";
-const END: &str = "<!-- chip:end -->";
+/// Where the table is in a file that holds it.
+const PART: Part = Part("chip");
 
 /// Greatest relative difference of two sizes or counts that count as equal.
 const TOLERANCE: f64 = 0.02;
@@ -119,17 +119,20 @@ impl Figures {
     /// # Errors
     /// A marker is missing.
     pub fn written_into(&self, document: &str) -> std::result::Result<String, String> {
-        let (before, _, after) = split(document)?;
-        Ok(format!("{before}{BEGIN}{}{END}{after}", self.markdown()))
+        PART.written_into(document, &self.markdown())
     }
 
     /// The compiler that a document's table belongs to.
-    pub fn compiler_in(document: &str) -> Option<String> {
-        let (_, table, _) = split(document).ok()?;
-        let line = table
+    ///
+    /// # Errors
+    /// The document has no such table, or the table no such line.
+    pub fn compiler_in(document: &str) -> std::result::Result<String, String> {
+        let (_, table, _) = PART.split(document)?;
+        table
             .lines()
-            .find_map(|line| line.strip_prefix("Made with "))?;
-        Some(line.trim_end_matches('.').to_owned())
+            .find_map(|line| line.strip_prefix("Made with "))
+            .map(|line| line.trim_end_matches('.').to_owned())
+            .ok_or_else(|| "the table does not say what it was made with".to_owned())
     }
 
     /// The compiler that made the image.
@@ -142,7 +145,7 @@ impl Figures {
     /// # Errors
     /// The document has no such table.
     pub fn differences_from(&self, document: &str) -> std::result::Result<Vec<String>, String> {
-        let (_, table, _) = split(document)?;
+        let (_, table, _) = PART.split(document)?;
         let mut committed: Vec<(&str, f64)> = table.lines().filter_map(row).collect();
         let mut lines = Vec::new();
         for figure in &self.figures {
@@ -173,13 +176,6 @@ fn row(line: &str) -> Option<(&str, f64)> {
     Some((name, cells.next()?.parse().ok()?))
 }
 
-fn split(document: &str) -> std::result::Result<(&str, &str, &str), String> {
-    let missing = |marker: &str| format!("it has no line `{}`", marker.trim());
-    let (before, rest) = document.split_once(BEGIN).ok_or_else(|| missing(BEGIN))?;
-    let (between, after) = rest.split_once(END).ok_or_else(|| missing(END))?;
-    Ok((before, between, after))
-}
-
 /// Codes of a microphone that hears noise and a resonance at 900 Hz: sums of eight
 /// conversions, little-endian.
 pub fn sound(seconds: f64) -> Vec<u8> {
@@ -204,6 +200,8 @@ pub fn sound(seconds: f64) -> Vec<u8> {
 mod tests {
     use super::*;
 
+    const EMPTY: &str = "<!-- chip:begin -->\n<!-- chip:end -->\n";
+
     fn figures(stack: u64) -> Result<Figures> {
         let none = [("sample_duty".to_owned(), Unwanted::default())];
         Figures::new(
@@ -217,7 +215,7 @@ mod tests {
 
     #[test]
     fn a_table_agrees_with_itself_and_two_percent_around() {
-        let empty = format!("before\n{BEGIN}{END}\nafter\n");
+        let empty = format!("before\n{EMPTY}\nafter\n");
         let document = figures(10_000).unwrap().written_into(&empty).unwrap();
         let differences = |stack| figures(stack).unwrap().differences_from(&document).unwrap();
         for same in [9_800, 10_000, 10_200] {
@@ -226,10 +224,8 @@ mod tests {
         for other in [9_799, 10_201] {
             assert_eq!(differences(other).len(), 1);
         }
-        assert_eq!(
-            Figures::compiler_in(&document).as_deref(),
-            Some("rustc 1.96.0")
-        );
+        assert_eq!(Figures::compiler_in(&document), Ok("rustc 1.96.0".into()));
+        assert!(Figures::compiler_in(EMPTY).is_err_and(|why| why.contains("made with")));
         assert!(figures(1).unwrap().differences_from("no table").is_err());
     }
 
@@ -238,7 +234,7 @@ mod tests {
         let whole = figures(10).unwrap();
         let mut less = whole.clone();
         less.figures.pop();
-        let page = |figures: &Figures| figures.written_into(&format!("{BEGIN}{END}")).unwrap();
+        let page = |figures: &Figures| figures.written_into(EMPTY).unwrap();
         assert!(less.differences_from(&page(&whole)).unwrap()[0].contains("not measured"));
         assert!(whole.differences_from(&page(&less)).unwrap()[0].contains("not in the table"));
     }

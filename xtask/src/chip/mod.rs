@@ -13,7 +13,7 @@ use crate::arm_image::ArmImage;
 use crate::count::calls::Unwanted;
 use crate::fw::{self, Request};
 use crate::toolchain::ArmToolchain;
-use crate::{Failure, Result, Workspace, process};
+use crate::{Failure, Result, Workspace, page, process};
 use figures::Figures;
 use model::{Model, Run};
 
@@ -109,10 +109,9 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
     match arguments {
         [] => {}
         [option, file] if option == "--markdown" => {
-            let text = read(Path::new(file))?;
+            let text = page::read(Path::new(file))?;
             let text = figures.written_into(&text).map_err(Failure::new)?;
-            std::fs::write(file, text)
-                .map_err(|why| Failure::new(format!("cannot write {file}")).because(why))?;
+            page::write(Path::new(file), &text)?;
         }
         [option, file] if option == "--check" => check(&figures, Path::new(file))?,
         _ => {
@@ -129,9 +128,11 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
 /// # Errors
 /// Names every figure that differs.
 pub fn check(figures: &Figures, path: &Path) -> Result<()> {
-    let differences = figures.differences_from(&read(path)?).map_err(|why| {
-        Failure::new(format!("cannot read the table in {}", path.display())).because(why)
-    })?;
+    let differences = figures
+        .differences_from(&page::read(path)?)
+        .map_err(|why| {
+            Failure::new(format!("cannot read the table in {}", path.display())).because(why)
+        })?;
     if differences.is_empty() {
         return Ok(());
     }
@@ -143,9 +144,4 @@ pub fn check(figures: &Figures, path: &Path) -> Result<()> {
                 path.display()
             )),
     )
-}
-
-fn read(path: &Path) -> Result<String> {
-    std::fs::read_to_string(path)
-        .map_err(|why| Failure::new(format!("cannot read {}", path.display())).because(why))
 }

@@ -9,11 +9,10 @@ mod image;
 mod plugin;
 pub mod table;
 
-use std::fs;
 use std::path::PathBuf;
 
 use crate::toolchain::ArmToolchain;
-use crate::{Failure, Result, Workspace, qemu};
+use crate::{Failure, Result, Workspace, page, qemu};
 use image::CountImage;
 use table::{Row, Table};
 
@@ -87,12 +86,11 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
     )?;
     println!("{}", table.markdown());
     if let Some(path) = &request.markdown {
-        let text = read(path)?;
+        let text = page::read(path)?;
         let text = table.written_into(&text).map_err(|why| {
             Failure::new(format!("cannot put the table into {}", path.display())).because(why)
         })?;
-        fs::write(path, text)
-            .map_err(|why| Failure::new(format!("cannot write {}", path.display())).because(why))?;
+        page::write(path, &text)?;
     }
     if let Some(path) = &request.check {
         check(&table, path)?;
@@ -114,7 +112,7 @@ pub fn measure_all(workspace: &Workspace, toolchain: &ArmToolchain) -> Result<Ta
 /// # Errors
 /// When the file has no such table, or for every kernel whose count differs.
 pub fn check(table: &Table, path: &std::path::Path) -> Result<()> {
-    let committed = Table::found_in(&read(path)?).map_err(|why| {
+    let committed = Table::found_in(&page::read(path)?).map_err(|why| {
         Failure::new(format!("cannot read the table in {}", path.display())).because(why)
     })?;
     let differences = table.differences_from(&committed);
@@ -130,11 +128,6 @@ pub fn check(table: &Table, path: &std::path::Path) -> Result<()> {
                 path.display()
             )),
     )
-}
-
-fn read(path: &std::path::Path) -> Result<String> {
-    fs::read_to_string(path)
-        .map_err(|why| Failure::new(format!("cannot read {}", path.display())).because(why))
 }
 
 fn measure(

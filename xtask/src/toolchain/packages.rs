@@ -1,11 +1,24 @@
 //! Debian packages, installed without questions where that is allowed.
+//!
+//! Another package manager may be at work on the same machine: its locks are waited for, and
+//! the archives lie in a folder of their own, for some machines empty the common one after
+//! every installation.
 
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use crate::{Failure, Result, process};
 
-/// Seconds to wait for another package manager to finish.
-const LOCK_TIMEOUT_S: u32 = 300;
+/// How long other package managers may take.
+const PATIENCE: Duration = Duration::from_secs(600);
+/// How often their locks are tried.
+const TRY_AGAIN: Duration = Duration::from_secs(2);
+
+/// Beside the folder that all package managers share.
+const CACHE: &str = "/var/cache/apt";
 
 /// The line a user would type.
 pub fn install_line(packages: &[&str]) -> String {
@@ -18,7 +31,8 @@ pub fn install_line(packages: &[&str]) -> String {
 /// Installs packages, unless they are installed already.
 ///
 /// # Errors
-/// When there is no apt-get, we are not root, or apt-get fails.
+/// When there is no apt-get, we are not root, another package manager does not end, or
+/// apt-get fails.
 pub fn install(packages: &[&str]) -> Result<()> {
     if packages.iter().all(|package| version(package).is_some()) {
         return Ok(());
@@ -33,10 +47,12 @@ pub fn install(packages: &[&str]) -> Result<()> {
             .advise(format!("as root: {}", install_line(packages))));
     }
     eprintln!("toolchain: installing {}", packages.join(" "));
-    apt_get(&["update"])?;
+    let archives = Archives::make(Path::new(CACHE))?;
+    let apt_get = AptGet::with_archives(archives.folder());
+    apt_get.run(&["update"])?;
     let mut install = vec!["install", "--yes", "--no-install-recommends"];
     install.extend(packages);
-    apt_get(&install)
+    apt_get.run(&install)
 }
 
 /// The installed version of a package.
@@ -52,22 +68,101 @@ pub fn version(package: &str) -> Option<String> {
     answer.trim().strip_prefix("installed ").map(str::to_owned)
 }
 
-fn apt_get(arguments: &[&str]) -> Result<()> {
-    let mut command = Command::new("apt-get");
-    command
-        .args([
-            "-qq",
-            "-o",
-            &format!("DPkg::Lock::Timeout={LOCK_TIMEOUT_S}"),
-        ])
-        .args(arguments)
-        .env("DEBIAN_FRONTEND", "noninteractive")
-        .stdin(Stdio::null())
-        // Our stdout may be read by a program; apt-get's progress is for people.
-        .stdout(Stdio::null());
-    process::run(&mut command).map_err(|failure| {
-        failure.advise("look at apt-get's lines above; a Debian 12 or later has these packages")
-    })
+/// A folder for what is downloaded, gone with this.
+struct Archives(PathBuf);
+
+impl Archives {
+    fn make(beside: &Path) -> Result<Self> {
+        let folder = beside.join(format!("rarma-{}", std::process::id()));
+        // apt-get wants the inner one, too.
+        fs::create_dir_all(folder.join("partial")).map_err(|why| {
+            Failure::new(format!("cannot make {}", folder.display())).because(why)
+        })?;
+        Ok(Self(folder))
+    }
+
+    fn folder(&self) -> &Path {
+        &self.0
+    }
+}
+
+impl Drop for Archives {
+    fn drop(&mut self) {
+        // What cannot be removed does no harm: the next one has another name.
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// How apt-get is called.
+struct AptGet {
+    /// Settings, as `NAME=VALUE`.
+    settings: Vec<String>,
+    patience: Duration,
+}
+
+impl AptGet {
+    fn with_archives(folder: &Path) -> Self {
+        Self {
+            settings: vec![
+                format!("Dir::Cache::Archives={}", folder.display()),
+                // There is no such setting for the lock of the lists: all are waited for here.
+                "DPkg::Lock::Timeout=0".to_owned(),
+            ],
+            patience: PATIENCE,
+        }
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new("apt-get");
+        command.arg("-qq");
+        for setting in &self.settings {
+            command.args(["-o", setting]);
+        }
+        command
+            .args(arguments)
+            .env("DEBIAN_FRONTEND", "noninteractive")
+            // A lock that is held is told from other failures by apt-get's words.
+            .env("LC_ALL", "C")
+            .stdin(Stdio::null());
+        command
+    }
+
+    /// Runs apt-get, again and again while another package manager holds a lock.
+    fn run(&self, arguments: &[&str]) -> Result<()> {
+        let mut command = self.command(arguments);
+        let begun = Instant::now();
+        let mut told = String::new();
+        loop {
+            let output = command
+                .output()
+                .map_err(|why| process::cannot_start(&command, &why))?;
+            let said = String::from_utf8_lossy(&output.stderr).into_owned();
+            if output.status.success() {
+                eprint!("{said}");
+                return Ok(());
+            }
+            let failure = Failure::new(format!("`{}` failed", process::spelled(&command)))
+                .because(format!("{}\n{}", output.status, said.trim_end()));
+            let Some(held) = held_lock(&said) else {
+                return Err(failure
+                    .advise("a Debian 12 or later has these packages; see what apt-get said"));
+            };
+            if begun.elapsed() > self.patience {
+                return Err(failure.advise("end the other package manager, then try again"));
+            }
+            if told != held {
+                eprintln!("toolchain: waiting for another package manager: {held}");
+                told = held.to_owned();
+            }
+            thread::sleep(TRY_AGAIN.min(self.patience));
+        }
+    }
+}
+
+/// The line by which apt-get says that somebody else holds a lock.
+fn held_lock(said: &str) -> Option<&str> {
+    said.lines()
+        .find(|line| line.contains("Could not get lock"))
 }
 
 fn we_are_root() -> bool {
@@ -77,6 +172,8 @@ fn we_are_root() -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::io::{BufRead as _, BufReader};
+    use std::process::Child;
 
     #[test]
     fn the_line_to_type_names_every_package() {
@@ -89,5 +186,104 @@ mod tests {
     #[test]
     fn an_unknown_package_has_no_version() {
         assert_eq!(version("no-package-has-this-name"), None);
+    }
+
+    #[test]
+    fn archives_have_a_folder_of_their_own_that_goes_with_them() {
+        let archives = Archives::make(&std::env::temp_dir()).expect("a folder");
+        let folder = archives.folder().to_owned();
+        assert!(folder.join("partial").is_dir());
+        let spelled = process::spelled(&AptGet::with_archives(&folder).command(&["install", "a"]));
+        let expected = format!(
+            "apt-get -qq -o Dir::Cache::Archives={} -o DPkg::Lock::Timeout=0 install a",
+            folder.display()
+        );
+        assert_eq!(spelled, expected);
+        drop(archives);
+        assert!(!folder.exists());
+    }
+
+    /// Another program that holds a lock as package managers do, for some seconds.
+    fn hold(lock: &Path, seconds: f32) -> Child {
+        let script = "import fcntl, sys, time\n\
+            f = open(sys.argv[1], 'w'); fcntl.lockf(f, fcntl.LOCK_EX)\n\
+            print(flush=True); time.sleep(float(sys.argv[2]))";
+        let mut child = Command::new("python3")
+            .args(["-c", script])
+            .arg(lock)
+            .arg(seconds.to_string())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("python3");
+        let mut line = String::new();
+        let stdout = child.stdout.take().expect("its output");
+        BufReader::new(stdout).read_line(&mut line).expect("a line");
+        child
+    }
+
+    /// apt-get on a state of its own: the machine's is neither locked nor changed.
+    fn apart(name: &str) -> Option<(PathBuf, AptGet)> {
+        let needed = ["apt-get", "python3"];
+        if needed
+            .iter()
+            .any(|name| process::find_program(name).is_none())
+        {
+            eprintln!("SKIPPED: waiting for locks: needs apt-get and python3");
+            return None;
+        }
+        let folder = std::env::temp_dir().join(format!("apt-{name}-{}", std::process::id()));
+        for inner in ["lists/partial", "archives/partial", "admin"] {
+            fs::create_dir_all(folder.join(inner)).expect("a folder");
+        }
+        fs::copy("/var/lib/dpkg/status", folder.join("admin/status")).expect("a status");
+        let mut apt_get = AptGet::with_archives(&folder.join("archives"));
+        apt_get.patience = Duration::from_secs(60);
+        let path = |inner: &str| folder.join(inner).display().to_string();
+        apt_get.settings.extend([
+            format!("Dir::State::Lists={}", path("lists")),
+            format!("Dir::State::status={}", path("admin/status")),
+            format!("Dir::Cache::pkgcache={}", path("pkgcache.bin")),
+            format!("Dir::Cache::srcpkgcache={}", path("srcpkgcache.bin")),
+            "Dir::Etc::SourceList=/dev/null".to_owned(),
+            "Dir::Etc::SourceParts=/dev/null".to_owned(),
+        ]);
+        Some((folder, apt_get))
+    }
+
+    #[test]
+    fn the_locks_of_another_package_manager_are_waited_for() {
+        let Some((folder, mut apt_get)) = apart("waits") else {
+            return;
+        };
+        // What every Debian has, so that there is nothing to install.
+        let install = ["install", "--yes", "--no-upgrade", "dpkg"];
+        for (lock, arguments) in [
+            ("lists/lock", &["update"][..]),
+            ("admin/lock-frontend", &install),
+            ("admin/lock", &install),
+        ] {
+            let begun = Instant::now();
+            let mut other = hold(&folder.join(lock), 3.0);
+            apt_get
+                .run(arguments)
+                .unwrap_or_else(|why| panic!("{lock}: {why}"));
+            // It did not go on beside the other, and it noticed its end.
+            assert!(begun.elapsed() >= Duration::from_secs(3), "{lock}");
+            assert!(other.wait().expect("an end").success());
+        }
+        // Not for ever: who holds it is said.
+        apt_get.patience = Duration::ZERO;
+        let mut other = hold(&folder.join("lists/lock"), 30.0);
+        let why = apt_get.run(&["update"]).expect_err("held").to_string();
+        assert!(
+            why.contains(&format!("held by process {}", other.id())),
+            "{why}"
+        );
+        other.kill().and_then(|()| other.wait()).expect("an end");
+        // Other failures are told at once.
+        apt_get.patience = PATIENCE;
+        let why = apt_get.run(&["install", "no-package-has-this-name"]);
+        assert!(why.is_err_and(|why| why.to_string().contains("no-package-has-this-name")));
+        fs::remove_dir_all(&folder).expect("removed");
     }
 }

@@ -1,43 +1,81 @@
-//! `cargo verify [--ci]`: every check, one after the other, and a table at the end.
+//! `cargo verify [--ci] [--long]`: every check, one after the other, and a table at the end.
 //!
-//! A check that fails does not stop the others. A check that cannot run on this machine
-//! is skipped with its reason; with `--ci` (or `CI=true`) a skip is a failure.
+//! A check that fails does not stop the others. A check that cannot run on this machine, or
+//! only in part, says so with its reason; with `--ci` (or `CI=true`) that is a failure. With
+//! `--long` the long forms of tests and of checks run, too, which takes hours.
 
+mod cargo_deny;
 pub mod dependencies;
+mod fuzz;
 mod spdx;
 mod stages;
 pub mod summary;
 
 use std::env;
+use std::path::PathBuf;
 use std::time::Instant;
 
 use crate::{Failure, Result, Workspace};
 use stages::Bench;
 use summary::{Entry, Outcome, Summary};
 
+/// A parsed `cargo verify` command line.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Request {
+    /// What did not run counts as failed.
+    pub ci: bool,
+    /// The long forms run, too.
+    pub long: bool,
+    /// Note the results of the long forms in the table of this file.
+    pub markdown: Option<PathBuf>,
+}
+
+impl Request {
+    /// Reads the arguments after `verify`.
+    ///
+    /// # Errors
+    /// Names the option that is unknown or lacks what it needs.
+    pub fn parse(arguments: &[String]) -> Result<Self> {
+        let usage = |what: String| {
+            Failure::usage(what).advise("cargo verify [--ci] [--long [--markdown FILE]]")
+        };
+        let mut request = Self::default();
+        let mut words = arguments.iter();
+        while let Some(word) = words.next() {
+            match word.as_str() {
+                "--ci" => request.ci = true,
+                "--long" => request.long = true,
+                "--markdown" => match words.next() {
+                    Some(file) => request.markdown = Some(file.into()),
+                    None => return Err(usage("`--markdown` needs a file".to_owned())),
+                },
+                other => return Err(usage(format!("`verify` knows no `{other}`"))),
+            }
+        }
+        if request.markdown.is_some() && !request.long {
+            return Err(usage("`--markdown` goes with `--long`".to_owned()));
+        }
+        Ok(request)
+    }
+}
+
 /// The command `verify`.
 ///
 /// # Errors
-/// When the arguments are wrong; failed checks are exit code 1, after the table.
+/// When the arguments are wrong or the table of long forms cannot be written; failed checks
+/// are exit code 1, after the table.
 pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
-    let mut ci = env::var("CI").is_ok_and(|value| value == "true");
-    for word in arguments {
-        match word.as_str() {
-            "--ci" => ci = true,
-            other => {
-                return Err(Failure::usage(format!("`verify` knows no `{other}`"))
-                    .advise("cargo verify [--ci]"));
-            }
-        }
-    }
-    let mut bench = Bench::new(workspace, ci);
-    let mut summary = Summary::new(ci);
+    let mut request = Request::parse(arguments)?;
+    request.ci |= env::var("CI").is_ok_and(|value| value == "true");
+    let mut summary = Summary::new(request.ci);
+    let mut bench = Bench::new(workspace, request);
     for (number, (name, check)) in stages::ALL.iter().enumerate() {
         println!("\n==> {}/{} {name}", number + 1, stages::ALL.len());
         let begun = Instant::now();
         let outcome =
             check(&mut bench).unwrap_or_else(|failure| Outcome::Failed(failure.to_string()));
         println!("<== {name}: {outcome}");
+        bench.note_long(name, &outcome, begun)?;
         summary.add(Entry {
             name,
             outcome,
@@ -46,4 +84,36 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
     }
     print!("\n{summary}");
     Ok(u8::from(summary.failed() > 0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(line: &str) -> Result<Request> {
+        let words: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
+        Request::parse(&words)
+    }
+
+    #[test]
+    fn reads_what_it_knows_and_refuses_the_rest() {
+        let request = parse("--long --markdown a.md --ci").expect("valid");
+        assert!(request.ci && request.long && request.markdown == Some("a.md".into()));
+        assert_eq!(parse(""), Ok(Request::default()));
+        for wrong in ["--fast", "--long --markdown", "--markdown a.md", "long"] {
+            assert!(
+                parse(wrong).is_err_and(|why| why.exit_code() == 2),
+                "{wrong}"
+            );
+        }
+    }
+
+    #[test]
+    fn checks_have_names_of_their_own_and_those_with_long_forms_exist() {
+        let names: Vec<&str> = stages::ALL.iter().map(|(name, _)| *name).collect();
+        for (k, name) in names.iter().enumerate() {
+            assert!(!names[..k].contains(name), "{name}");
+        }
+        assert!(stages::LONGER.iter().all(|name| names.contains(name)));
+    }
 }

@@ -2,19 +2,24 @@
 
 use std::path::PathBuf;
 use std::process::Command;
+use std::time::Instant;
 
-use super::dependencies;
+use super::cargo_deny::CargoDeny;
 use super::summary::Outcome;
+use super::{Request, dependencies, fuzz};
 use crate::chip::figures::Figures;
 use crate::chip::model::Model;
+use crate::long::{self, Forms, LongForm};
 use crate::toolchain::ArmToolchain;
-use crate::{EMULATED_BOARD, Result, TARGET, Workspace, chip, count, fw, process, qemu};
+use crate::{
+    EMULATED_BOARD, Failure, Result, TARGET, Workspace, chip, count, fw, page, process, qemu,
+};
 
 /// A check: reads and adds to the bench.
 pub type Check = fn(&mut Bench<'_>) -> Result<Outcome>;
 
 /// Every check with its name.
-pub const ALL: [(&str, Check); 14] = [
+pub const ALL: &[(&str, Check)] = &[
     ("format", format),
     ("clippy", clippy),
     ("docs", docs),
@@ -25,20 +30,26 @@ pub const ALL: [(&str, Check); 14] = [
     ("board image", board_image),
     ("host tests", host_tests),
     ("doc tests", doc_tests),
+    ("fuzzing", fuzzing),
+    ("long forms", long_forms),
     ("on-target tests", on_target_tests),
     ("board figures", board_figures),
     ("counting plugin", counting_plugin),
     ("instruction counts", instruction_counts),
 ];
 
-/// File that may hold the table of counts.
+/// Checks that do more with `--long` (they ask [`Bench::long`]); their results stand in the
+/// table of the long forms, too.
+pub const LONGER: &[&str] = &["fuzzing"];
+
+/// The page with the table of counts.
 const COUNT_TABLE: &str = "README.md";
 
 /// What the checks share.
 #[derive(Debug)]
 pub struct Bench<'a> {
     workspace: &'a Workspace,
-    ci: bool,
+    request: Request,
     /// The target's toolchain, or why there is none.
     toolchain: std::result::Result<ArmToolchain, String>,
     /// The emulated board's image, once built.
@@ -49,13 +60,33 @@ pub struct Bench<'a> {
 
 impl<'a> Bench<'a> {
     /// Nothing made yet.
-    pub fn new(workspace: &'a Workspace, ci: bool) -> Self {
+    pub fn new(workspace: &'a Workspace, request: Request) -> Self {
         Self {
             workspace,
-            ci,
+            request,
             toolchain: Err("not looked for yet".to_owned()),
             image: None,
             board: None,
+        }
+    }
+
+    /// Whether the long forms run, too.
+    pub fn long(&self) -> bool {
+        self.request.long
+    }
+
+    /// Notes what became of a check that has a long form, where a table is to be written.
+    ///
+    /// # Errors
+    /// The table cannot be written.
+    pub fn note_long(&self, name: &str, outcome: &Outcome, begun: Instant) -> Result<()> {
+        let (Some(path), true) = (&self.request.markdown, LONGER.contains(&name)) else {
+            return Ok(());
+        };
+        match outcome {
+            Outcome::Passed(_) => long::note(self.workspace, path, name, true, begun),
+            Outcome::Failed(_) => long::note(self.workspace, path, name, false, begun),
+            Outcome::Partly(_) | Outcome::Skipped(_) => Ok(()),
         }
     }
 
@@ -83,7 +114,7 @@ impl<'a> Bench<'a> {
                 .env("RARMA_BOARD_ELF", image)
                 .env("RARMA_REQUIRE_BOARD", "1");
         }
-        if self.ci {
+        if self.request.ci {
             tests.env("RARMA_REQUIRE_SHARED", "1");
         }
     }
@@ -131,12 +162,10 @@ fn docs(bench: &mut Bench<'_>) -> Result<Outcome> {
 fn licences(bench: &mut Bench<'_>) -> Result<Outcome> {
     let count = dependencies::check(bench.workspace)?;
     println!("{count} packages have allowed licences and come from the registry");
-    if process::find_program("cargo-deny").is_none() {
-        return Ok(Outcome::Passed(
-            "own check; cargo-deny is not installed".to_owned(),
-        ));
+    match CargoDeny::find_or_make(bench.workspace, bench.request.ci) {
+        Ok(deny) => bench.pass_if(&mut deny.check(bench.workspace)),
+        Err(failure) => Ok(Outcome::Partly(format!("own check only: {failure}"))),
     }
-    bench.pass_if(&mut bench.cargo(&["deny", "check", "bans", "licenses", "sources"]))
 }
 
 /// Without a toolchain, or without an emulator, every check on the target is skipped.
@@ -216,8 +245,9 @@ fn board_figures(bench: &mut Bench<'_>) -> Result<Outcome> {
     let figures = chip::measure(bench.workspace, toolchain, image)?;
     println!("{}", figures.markdown());
     let path = bench.workspace.root().join(chip::PAGE);
-    let document = std::fs::read_to_string(&path).unwrap_or_default();
-    let committed = Figures::compiler_in(&document).unwrap_or_default();
+    let committed = Figures::compiler_in(&page::read(&path)?).map_err(|why| {
+        Failure::new(format!("no figures to compare with in {}", chip::PAGE)).because(why)
+    })?;
     if committed != figures.compiler() {
         return Ok(Outcome::Skipped(format!(
             "{} has the figures of {committed}, this is {}: `cargo xtask chip --markdown {}`",
@@ -251,19 +281,59 @@ fn host_tests(bench: &mut Bench<'_>) -> Result<Outcome> {
         ])
     };
     bench.require(&mut tests);
-    let remark = if bench.image.is_some() {
-        ""
-    } else {
-        "WITHOUT the emulated chip: no image"
-    };
-    bench
-        .pass_if(&mut tests)
-        .map(|_| Outcome::Passed(remark.to_owned()))
+    let outcome = bench.pass_if(&mut tests)?;
+    let without: Vec<&str> = [
+        (bench.image.is_none(), "the emulated chip"),
+        (bench.board.is_none(), "the model of the board's chip"),
+    ]
+    .into_iter()
+    .filter_map(|(lacks, what)| lacks.then_some(what))
+    .collect();
+    if without.is_empty() {
+        return Ok(outcome);
+    }
+    Ok(Outcome::Partly(format!(
+        "without {}",
+        without.join(" and ")
+    )))
+}
+
+/// Every day: each long form has a short one, and passed when it ran last. With `--long` all
+/// of them run.
+fn long_forms(bench: &mut Bench<'_>) -> Result<Outcome> {
+    let forms = Forms::find(bench.workspace, &[])?;
+    if bench.long() {
+        let markdown = bench.request.markdown.as_deref();
+        let failed = long::run_all(bench.workspace, &forms, markdown, &|tests| {
+            bench.require(tests);
+        })?;
+        return Ok(if failed.is_empty() {
+            Outcome::passed()
+        } else {
+            Outcome::Failed(format!("{} failed", failed.join(", ")))
+        });
+    }
+    let of_checks = LONGER.iter().map(|name| (*name).to_owned());
+    let all: Vec<String> = forms
+        .long
+        .iter()
+        .map(LongForm::name)
+        .chain(of_checks)
+        .collect();
+    long::check(bench.workspace, &all)?;
+    Ok(Outcome::Passed(format!(
+        "{} have short ones and passed when they ran last; `--long` runs them",
+        all.len()
+    )))
 }
 
 /// In release like the host tests, whose dependencies are built by now.
 fn doc_tests(bench: &mut Bench<'_>) -> Result<Outcome> {
     bench.pass_if(&mut bench.cargo(&["test", "--workspace", "--doc", "--release"]))
+}
+
+fn fuzzing(bench: &mut Bench<'_>) -> Result<Outcome> {
+    fuzz::check(bench.workspace, bench.long())
 }
 
 fn on_target_tests(bench: &mut Bench<'_>) -> Result<Outcome> {
@@ -297,12 +367,9 @@ fn instruction_counts(bench: &mut Bench<'_>) -> Result<Outcome> {
     let table = count::measure_all(bench.workspace, toolchain)?;
     println!("{}", table.markdown());
     let path = bench.workspace.root().join(COUNT_TABLE);
-    let document = std::fs::read_to_string(&path).unwrap_or_default();
-    let Ok(committed) = count::table::Table::found_in(&document) else {
-        return Ok(Outcome::Passed(format!(
-            "{COUNT_TABLE} has no table to compare with"
-        )));
-    };
+    let committed = count::table::Table::found_in(&page::read(&path)?).map_err(|why| {
+        Failure::new(format!("no counts to compare with in {COUNT_TABLE}")).because(why)
+    })?;
     if committed.compiler != table.compiler {
         return Ok(Outcome::Skipped(format!(
             "{COUNT_TABLE} has the counts of {}, this is {}: `cargo xtask count --markdown {COUNT_TABLE}`",

@@ -7,6 +7,8 @@ use std::fmt;
 pub enum Outcome {
     /// All well; the text is a remark, or empty.
     Passed(String),
+    /// All well as far as it ran: why not all of it could.
+    Partly(String),
     /// Something is wrong: what.
     Failed(String),
     /// It could not run here: why.
@@ -20,18 +22,23 @@ impl Outcome {
     }
 
     fn remark(&self) -> &str {
-        let (Self::Passed(text) | Self::Failed(text) | Self::Skipped(text)) = self;
-        text.lines().next().unwrap_or("")
+        self.told().1.lines().next().unwrap_or("")
+    }
+
+    /// The word for it, and what is said besides.
+    fn told(&self) -> (&'static str, &str) {
+        match self {
+            Self::Passed(text) => ("passed", text),
+            Self::Partly(text) => ("PARTLY", text),
+            Self::Failed(text) => ("FAILED", text),
+            Self::Skipped(text) => ("SKIPPED", text),
+        }
     }
 }
 
 impl fmt::Display for Outcome {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (word, text) = match self {
-            Self::Passed(text) => ("passed", text),
-            Self::Failed(text) => ("FAILED", text),
-            Self::Skipped(text) => ("SKIPPED", text),
-        };
+        let (word, text) = self.told();
         if text.is_empty() {
             write!(out, "{word}")
         } else {
@@ -59,7 +66,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Nothing ran yet; `skips_fail` counts skipped checks as failed.
+    /// Nothing ran yet; `skips_fail` counts as failed what did not run, or not all of it.
     pub fn new(skips_fail: bool) -> Self {
         Self {
             skips_fail,
@@ -77,9 +84,9 @@ impl Summary {
         self.count(|outcome| matches!(outcome, Outcome::Passed(_)))
     }
 
-    /// Checks that were skipped.
+    /// Checks that were skipped, whole or in part.
     pub fn skipped(&self) -> usize {
-        self.count(|outcome| matches!(outcome, Outcome::Skipped(_)))
+        self.count(|outcome| matches!(outcome, Outcome::Skipped(_) | Outcome::Partly(_)))
     }
 
     /// Checks that failed, those included whose skipping is a failure.
@@ -105,11 +112,7 @@ impl fmt::Display for Summary {
             .max()
             .unwrap_or(0);
         for entry in &self.entries {
-            let word = match entry.outcome {
-                Outcome::Passed(_) => "passed",
-                Outcome::Failed(_) => "FAILED",
-                Outcome::Skipped(_) => "SKIPPED",
-            };
+            let (word, _) = entry.outcome.told();
             let (name, seconds, remark) = (entry.name, entry.seconds, entry.outcome.remark());
             let line = format!("{name:width$}  {word:<7}  {seconds:>6.1} s  {remark}");
             writeln!(out, "{}", line.trim_end())?;
@@ -122,7 +125,11 @@ impl fmt::Display for Summary {
             } else {
                 "NOT VERIFIED HERE, reasons above"
             };
-            writeln!(out, "\n{} skipped: {verdict}", self.skipped())?;
+            writeln!(
+                out,
+                "\n{} skipped, whole or in part: {verdict}",
+                self.skipped()
+            )?;
         }
         writeln!(out, "\n{} passed, {} failed", self.passed(), self.failed())
     }
@@ -138,6 +145,7 @@ mod tests {
             Outcome::passed(),
             Outcome::Failed("two tests\nlong story".into()),
             Outcome::Skipped("no compiler for it".into()),
+            Outcome::Partly("without the chip".into()),
         ];
         for outcome in outcomes {
             summary.add(Entry {
@@ -157,7 +165,14 @@ mod tests {
             "{text}"
         );
         assert!(text.ends_with("\n1 passed, 1 failed\n"), "{text}");
-        assert!(text.contains("1 skipped: NOT VERIFIED"), "{text}");
+        assert!(
+            text.contains("PARTLY") && text.contains("without the chip"),
+            "{text}"
+        );
+        assert!(
+            text.contains("2 skipped, whole or in part: NOT VERIFIED"),
+            "{text}"
+        );
         assert!(
             !text.contains("long story"),
             "the table keeps to one line each: {text}"
@@ -169,7 +184,7 @@ mod tests {
         assert!(
             summary(true)
                 .to_string()
-                .ends_with("\n1 passed, 2 failed\n")
+                .ends_with("\n1 passed, 3 failed\n")
         );
     }
 }

@@ -71,8 +71,8 @@ fn run(args: &CersRunArgs) -> Result<u8, Failure> {
     }
     let file = args.scenario.as_deref().unwrap_or_default();
     let scenario = load_cers(file)?;
-    let measured =
-        measured(&scenario).map_err(|why| Failure::Input(format!("{file}: whole file: {why}")))?;
+    let measured = measured(&scenario)
+        .map_err(|why| Failure::whole(file, why, "correct the fields it names"))?;
     if let Some(dir) = &args.out {
         measured.record.write(dir)?;
     }
@@ -92,7 +92,8 @@ fn analysed(
     show: &OutArgs,
     file: &str,
 ) -> Result<u8, Failure> {
-    let refused = |why: String| Failure::Input(format!("{file}: whole file: {why}"));
+    let refused =
+        |why: String| Failure::whole(file, why, "measure again, with more force or longer");
     let clean = cleaned(record).map_err(refused)?;
     for (axis, doubtful) in clean.doubtful.iter().enumerate() {
         if *doubtful > 0 {

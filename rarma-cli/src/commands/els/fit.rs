@@ -38,7 +38,8 @@ pub(super) fn main(args: &ElsFitArgs) -> Result<u8, Failure> {
         .map(|p| p.display().to_string())
         .collect();
     let fit = fit_joints(&scenario.config, &unknowns, &statics, &lines).map_err(|why| {
-        Failure::Input(format!("{}: whole file: {}", files.join(", "), words(&why)))
+        let remedy = "measure more, or ask for fewer unknowns";
+        Failure::whole(files.join(", "), words(&why), remedy)
     })?;
     if args.json {
         let found: Vec<_> = fit
@@ -106,8 +107,13 @@ fn unknown(name: &str) -> Result<Unknown, Failure> {
 
 fn steps(path: &Path) -> Result<Vec<Compliance>, Failure> {
     let steps = read_load_steps(path)?;
-    compliances(&steps)
-        .map_err(|why| Failure::Input(format!("{}: whole file: {why}", path.display())))
+    compliances(&steps).map_err(|why| {
+        Failure::whole(
+            path.display(),
+            why,
+            "measure more loads, in more directions",
+        )
+    })
 }
 
 fn lines(path: &Path, args: &ElsFitArgs) -> Result<Vec<Line>, Failure> {

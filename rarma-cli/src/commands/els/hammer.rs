@@ -59,7 +59,8 @@ pub(super) fn main(args: &ElsHammerArgs) -> Result<u8, Failure> {
     let response = channel(&args.response, args.response_channel)?;
     let file = args.force.display().to_string();
     let heading = format!("{}, {}", name_of(&args.force), name_of(&args.response));
-    let refused = |why: String| Failure::Input(format!("{file}: whole file: {why}"));
+    let refused =
+        |why: String| Failure::whole(&file, why, "record the blow whole, or choose another band");
     if force.fs != response.fs || force.samples.len() != response.samples.len() {
         return Err(Failure::Input(format!(
             "{}: whole file: {} samples at {} Hz, but the force {file} has {} at {} Hz (cut both to one record)",

@@ -75,7 +75,7 @@ pub(super) fn main(args: &ElsLimitArgs) -> Result<u8, Failure> {
         both,
         args.static_band,
     )
-    .map_err(|why| Failure::Input(format!("{file}: whole file: {why}")))?;
+    .map_err(|why| Failure::whole(&file, why, "measure again, or choose another --band"))?;
     if let Some(path) = &args.uff {
         output::write(path, write_uff(&plane, &heading))?;
     }

@@ -45,7 +45,7 @@ pub(super) fn main(args: &ElsModelArgs) -> Result<u8, Failure> {
     let file = args.scenario.as_deref().unwrap_or_default();
     let s = load_els(file)?;
     let refused =
-        |why: &dyn std::fmt::Display| Failure::Input(format!("{file}: whole file: {why}"));
+        |why: &dyn std::fmt::Display| Failure::whole(file, why, "correct the fields it names");
     let model = ElsModel::new(&s.config).map_err(|e| refused(&e))?;
     let bearing = match &s.config.clamping {
         Clamping::Spindle { bearings, .. } => bearings.first().map(|b| b.0),

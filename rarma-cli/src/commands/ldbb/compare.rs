@@ -3,10 +3,13 @@
 use super::{compare_pictures, out};
 use crate::args::LdbbCompareArgs;
 use crate::failure::Failure;
+use crate::input;
 use crate::ldbb::compare::{Machine, rank, spread};
 use serde::Serialize;
-use std::fs;
 use std::path::Path;
+
+/// No analysis is larger than this, bytes: it holds some thousand points.
+const MOST_BYTES: u64 = 1 << 26;
 
 /// The JSON of `ldbb compare`.
 #[derive(Debug, Clone, Serialize)]
@@ -62,14 +65,17 @@ fn read(path: &Path) -> Result<Machine, Failure> {
         path.to_path_buf()
     };
     let name = file.display();
-    let text = fs::read_to_string(&file).map_err(|why| {
-        Failure::Input(format!(
-            "{name}: open: {} (name a folder that `rarma ldbb run --out` wrote, or a file of `analyse --save`)",
-            why.to_string().to_lowercase()
-        ))
+    let remedy = "name a folder that `rarma ldbb run --out` wrote, or a file of `analyse --save`";
+    let text = input::text(&file, MOST_BYTES).map_err(|mut why| {
+        if why.problem == input::Problem::NotFound {
+            why.remedy = remedy.to_owned();
+        }
+        why
     })?;
-    let value = serde_json::from_str(&text)
-        .map_err(|why| Failure::Input(format!("{name}: line {}: not JSON", why.line())))?;
+    let value = serde_json::from_str(&text).map_err(|why| {
+        let line = why.line();
+        Failure::Input(format!("{name}: line {line}: not JSON ({remedy})"))
+    })?;
     Machine::from_json(&value).map_err(|why| {
         Failure::Input(format!(
             "{name}: whole file: {why} (stiffness needs three forces)"

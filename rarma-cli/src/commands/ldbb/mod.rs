@@ -53,7 +53,8 @@ struct Answer {
 /// Evaluates readings; `file` is what a refusal names.
 fn answer(circles: &Circles, known: &KnownArgs, file: &str) -> Result<Answer, Failure> {
     let c = &circles.conditions;
-    let refused = |why: String| Failure::Input(format!("{file}: whole file: {why}"));
+    let refused =
+        |why: String| Failure::whole(file, why, "measure what is missing, or leave it out");
     complete(circles).map_err(refused)?;
     let options = Options {
         bar_m_per_n: 1e-6 * known.bar_compliance,

@@ -49,7 +49,7 @@ pub(super) fn main(args: &LdbbRunArgs) -> Result<u8, Failure> {
 
 /// Runs the sequence on the bench.
 fn measured(s: &LdbbScenario, file: &str) -> Result<Circles, Failure> {
-    let refused = |why: String| Failure::Input(format!("{file}: whole file: {why}"));
+    let refused = |why: String| Failure::whole(file, why, "correct the fields it names");
     let pressures: Vec<f32> = s.settings.iter().map(|x| x.pressure_pa as f32).collect();
     let schedule = |both, down| {
         Schedule::new(&pressures, both, down)

@@ -18,9 +18,8 @@ mod uff_write;
 pub use merge::{Plane, Role, merge};
 pub use uff_write::write_uff;
 
-use super::{InputError, Problem};
+use super::{InputError, Problem, whole};
 use rarma_core::els::Complex;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// One frequency response function in m/N.
@@ -67,16 +66,8 @@ impl Motion {
 /// The file cannot be read, holds no receptance, or one that is broken: which, and where.
 pub fn read_receptances(path: &Path) -> Result<Vec<Function>, InputError> {
     let load = || {
-        if path.is_dir() {
-            return Err(InputError::new(
-                Problem::Directory,
-                "open",
-                "is a directory",
-                "name one file inside it",
-            ));
-        }
         let extension = path.extension().and_then(|e| e.to_str());
-        let bytes = fs::read(path).map_err(|e| InputError::from_io(&e))?;
+        let bytes = whole::bytes(path, whole::MOST_TABLE)?;
         if bytes.is_empty() {
             return Err(InputError::new(
                 Problem::Empty,

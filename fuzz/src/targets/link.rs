@@ -1,0 +1,122 @@
+//! Frames: any bytes on the wire, and any body in a sound frame.
+
+use crate::{Target, check};
+use rarma_cli::frames::{FrameReader, RawSamples, to_json, words};
+use rarma_core::wire::{Command, Deframer, Head, MAX_FRAME, Telemetry, decode, encode, head};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde::ser::SerializeTuple;
+
+pub(super) const FRAMES: Target = Target {
+    name: "frames",
+    reads: "frames, and bodies of telemetry and commands",
+    run: |bytes| {
+        let _ = head(bytes);
+        let _ = decode::<Command>(bytes);
+        let _ = decode::<Telemetry>(bytes);
+        stream(bytes);
+        if let Some(frame) = framed(bytes, SESSION, 0) {
+            let stuffed = &frame[..frame.len() - 1];
+            if let Ok((head, message)) = decode::<Telemetry>(stuffed) {
+                told(head, &message);
+                there_and_back(&message);
+            }
+            if let Ok((_, command)) = decode::<Command>(stuffed) {
+                there_and_back(&command);
+            }
+        }
+    },
+    words: Vec::new,
+};
+
+/// The session of frames made here.
+pub(super) const SESSION: u32 = 0x0102_0304;
+
+/// A piece of what goes over a link.
+pub(super) enum Piece<'a> {
+    /// As it is.
+    Bytes(&'a [u8]),
+    /// The body of a sound frame.
+    Body(&'a [u8]),
+    /// Nothing for so many milliseconds.
+    Pause(u8),
+}
+
+/// A case as pieces: how (0 bytes, 1 a body, 2 a pause), how many bytes, the bytes.
+pub(super) fn pieces(mut case: &[u8]) -> Vec<Piece<'_>> {
+    let mut out = Vec::new();
+    while let [how, length, after @ ..] = case {
+        let (piece, left) = after.split_at(usize::from(*length).min(after.len()));
+        case = left;
+        out.push(match how % 3 {
+            0 => Piece::Bytes(piece),
+            1 => Piece::Body(piece),
+            _ => Piece::Pause(length % 4),
+        });
+    }
+    out
+}
+
+/// The frame of a body of any bytes; none if it is too long.
+pub(super) fn framed(body: &[u8], session: u32, sequence: u32) -> Option<Vec<u8>> {
+    struct Body<'a>(&'a [u8]);
+    impl Serialize for Body<'_> {
+        fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+            let mut bytes = to.serialize_tuple(self.0.len())?;
+            for byte in self.0 {
+                bytes.serialize_element(byte)?;
+            }
+            bytes.end()
+        }
+    }
+    let mut buffer = [0; MAX_FRAME];
+    let frame = encode(&Body(body), session, sequence, &mut buffer);
+    frame.ok().map(<[u8]>::to_vec)
+}
+
+/// Encoded and decoded, a message has the same bytes again: not the same values, because NaN
+/// is not equal to itself.
+pub(super) fn there_and_back<M: Serialize + DeserializeOwned>(message: &M) {
+    let (mut once, mut twice) = ([0; MAX_FRAME], [0; MAX_FRAME]);
+    let frame = encode(message, SESSION, 7, &mut once).expect("what was framed has room");
+    let (head, read) = decode::<M>(&frame[..frame.len() - 1]).expect("a sound frame");
+    assert_eq!((head.session, head.sequence), (SESSION, 7));
+    assert_eq!(encode(&read, SESSION, 7, &mut twice), Ok(frame));
+}
+
+/// Any bytes, in pieces of any size, and a sound frame after them: that one is read.
+fn stream(bytes: &[u8]) {
+    let mut raw = RawSamples::default();
+    let mut reader = FrameReader::default();
+    reader.take(bytes, |head, message| {
+        raw.take(&message);
+        told(head, &message);
+    });
+    if let Some(losses) = reader.losses() {
+        check::one_line(&losses);
+    }
+    let (samples, _) = raw.joined();
+    drop(samples);
+    let mut deframer = Deframer::default();
+    let mut last = None;
+    let good = framed_command();
+    for &byte in bytes.iter().chain(&[0]).chain(&good) {
+        if let Some(result) = deframer.push::<Command>(byte) {
+            last = Some(result);
+        }
+    }
+    assert!(matches!(last, Some(Ok((_, Command::Identify)))), "{last:?}");
+}
+
+fn framed_command() -> Vec<u8> {
+    let mut buffer = [0; MAX_FRAME];
+    let frame = encode(&Command::Identify, SESSION, 77, &mut buffer);
+    frame.expect("a small command").to_vec()
+}
+
+fn told(head: Head, message: &Telemetry) {
+    if let Some(text) = words(message) {
+        check::one_line(&text);
+    }
+    check::one_line(&to_json(head, message));
+}

@@ -1,0 +1,30 @@
+//! The targets, by what they read.
+
+mod box_side;
+mod link;
+mod measurement;
+mod recording;
+mod scenario;
+mod words;
+
+use crate::Target;
+
+pub(crate) const ALL: [Target; 17] = [
+    recording::WAV,
+    recording::TABLE,
+    recording::RAW,
+    recording::FRAMES,
+    measurement::RECEPTANCES,
+    measurement::UNIVERSAL,
+    measurement::CIRCLES,
+    measurement::LOAD_STEPS,
+    measurement::STRUCTURE,
+    scenario::CUT,
+    scenario::BOX,
+    scenario::RIGS,
+    scenario::EXCITER_RECORD,
+    link::FRAMES,
+    box_side::COMMANDS,
+    box_side::STORE,
+    words::WORDS,
+];

@@ -1,0 +1,170 @@
+//! The table of results: as markdown, back from it, one row put into it.
+
+use std::fmt::Write as _;
+
+use crate::page::Part;
+
+/// Where the table is in the page that holds it.
+const PART: Part = Part("long");
+
+const HEADER: &str = "| long form | result | s | on | commit |\n|---|---|---:|---|---|\n";
+
+/// The last result of one long form.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// Test file and test, or the stage of `cargo verify`.
+    pub name: String,
+    /// How it ended.
+    pub passed: bool,
+    /// How long it took.
+    pub seconds: f64,
+    /// The day, e.g. `2026-11-22`.
+    pub date: String,
+    /// The commit; with a `+` where the sources differed from it.
+    pub commit: String,
+}
+
+/// The last results.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Table {
+    /// Ordered by name.
+    pub rows: Vec<Row>,
+}
+
+impl Table {
+    /// Puts a result in the place of the last one of that name.
+    pub fn put(&mut self, row: Row) {
+        self.rows.retain(|old| old.name != row.name);
+        self.rows.push(row);
+        self.rows.sort_by(|a, b| a.name.cmp(&b.name));
+    }
+
+    /// The table as text.
+    pub fn markdown(&self) -> String {
+        let mut text = HEADER.to_owned();
+        for row in &self.rows {
+            let result = if row.passed { "passed" } else { "**failed**" };
+            // Writing to a String cannot fail.
+            let _ = writeln!(
+                text,
+                "| {} | {result} | {:.0} | {} | {} |",
+                row.name, row.seconds, row.date, row.commit
+            );
+        }
+        text
+    }
+
+    /// `document` with this table between its markers.
+    ///
+    /// # Errors
+    /// When a marker is missing.
+    pub fn written_into(&self, document: &str) -> Result<String, String> {
+        PART.written_into(document, &self.markdown())
+    }
+
+    /// The table between the markers of `document`.
+    ///
+    /// # Errors
+    /// When a marker is missing or a row is not understood.
+    pub fn found_in(document: &str) -> Result<Self, String> {
+        let (_, text, _) = PART.split(document)?;
+        let rows = text.lines().filter(|line| !HEADER.contains(line));
+        let rows =
+            rows.map(|line| row(line).ok_or_else(|| format!("row `{line}` is not understood")));
+        Ok(Self {
+            rows: rows.collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// What is wrong with this table if these are all the long forms: a line for each that
+    /// never ran, that failed when it ran last, or that is there no more.
+    pub fn objections(&self, forms: &[String]) -> Vec<String> {
+        let find = |name: &String| self.rows.iter().find(|row| row.name == *name);
+        let of_forms = forms.iter().filter_map(|name| match find(name) {
+            None => Some(format!("{name}: has no result")),
+            Some(row) if !row.passed => {
+                Some(format!("{name}: failed on {} at {}", row.date, row.commit))
+            }
+            Some(_) => None,
+        });
+        let gone = self.rows.iter().filter(|row| !forms.contains(&row.name));
+        of_forms
+            .chain(gone.map(|row| format!("{}: in the table, but no long form", row.name)))
+            .collect()
+    }
+}
+
+fn row(line: &str) -> Option<Row> {
+    let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();
+    let [name, result, seconds, date, commit] = cells.as_slice() else {
+        return None;
+    };
+    Some(Row {
+        name: (*name).to_owned(),
+        passed: match *result {
+            "passed" => true,
+            "**failed**" => false,
+            _ => return None,
+        },
+        seconds: seconds.parse().ok()?,
+        date: (*date).to_owned(),
+        commit: (*commit).to_owned(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn result(name: &str, passed: bool) -> Row {
+        Row {
+            name: name.to_owned(),
+            passed,
+            seconds: 404.0,
+            date: "2026-11-22".to_owned(),
+            commit: "41c6dbb".to_owned(),
+        }
+    }
+
+    fn table() -> Table {
+        let mut table = Table::default();
+        table.put(result("b::y_long", false));
+        table.put(result("a::x_long", true));
+        table
+    }
+
+    #[test]
+    fn survives_being_written_and_read_back() {
+        let empty = "before\n<!-- long:begin -->\n<!-- long:end -->\nafter\n";
+        let page = table().written_into(empty).expect("has markers");
+        assert_eq!(Table::found_in(&page), Ok(table()));
+        assert!(page.contains("\n| a::x_long | passed | 404 | 2026-11-22 | 41c6dbb |\n| b::y"));
+        assert_eq!(Table::found_in(empty), Ok(Table::default()));
+        let strange = empty.replace("begin -->\n", "begin -->\n| a | well | 1 | 2 | 3 |\n");
+        assert!(Table::found_in(&strange).is_err_and(|why| why.contains("| a | well")));
+    }
+
+    #[test]
+    fn a_new_result_takes_the_place_of_the_last() {
+        let mut table = table();
+        table.put(result("b::y_long", true));
+        assert_eq!(
+            table.rows,
+            [result("a::x_long", true), result("b::y_long", true)]
+        );
+    }
+
+    #[test]
+    fn what_never_ran_failed_or_is_gone_is_told() {
+        let forms = ["a::x_long", "b::y_long", "c::z_long"].map(str::to_owned);
+        let told = table().objections(&forms);
+        assert_eq!(told.len(), 2, "{told:?}");
+        assert!(told[0].contains("b::y_long: failed on 2026-11-22"));
+        assert!(told[1].contains("c::z_long: has no result"));
+        let told = table().objections(&forms[1..2]);
+        assert!(
+            told[1].contains("a::x_long: in the table, but no"),
+            "{told:?}"
+        );
+    }
+}

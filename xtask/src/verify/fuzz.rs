@@ -1,0 +1,42 @@
+//! Every parser under libFuzzer: a minute each, ten with `--long`.
+
+use super::summary::Outcome;
+use crate::fuzz::{Engine, Table, defects, run_all, targets};
+use crate::{Failure, Result, Workspace};
+
+/// How long each target runs, s: always, and in the long form.
+const SECONDS: u64 = 60;
+const LONG_SECONDS: u64 = 600;
+
+/// Builds the program and runs every target.
+///
+/// # Errors
+/// The build fails, or a case shows a defect: which, and how to run it again.
+pub fn check(workspace: &Workspace, long: bool) -> Result<Outcome> {
+    if let Err(failure) = Engine::needs() {
+        return Ok(Outcome::Skipped(failure.to_string()));
+    }
+    let engine = Engine::build(workspace)?;
+    let seconds = if long { LONG_SECONDS } else { SECONDS };
+    let targets = targets(workspace)?;
+    let runs = run_all(&engine, &targets, seconds, None)?;
+    println!("{}", Table(&runs));
+    let found = defects(&runs);
+    if found.is_empty() {
+        let cases: u64 = runs.iter().map(|run| run.log.cases).sum();
+        return Ok(Outcome::Passed(format!(
+            "{} targets, {seconds} s each, {cases} cases",
+            runs.len()
+        )));
+    }
+    print!("{}", found.join("\n"));
+    let names: Vec<&str> = runs
+        .iter()
+        .filter(|run| run.defect.is_some())
+        .map(|run| run.target.as_str())
+        .collect();
+    Err(
+        Failure::new(format!("fuzzing found a defect in {}", names.join(", ")))
+            .advise("see above for the cases and how to run them again"),
+    )
+}
