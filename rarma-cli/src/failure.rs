@@ -24,6 +24,14 @@ impl Failure {
             Self::System(_) => 4,
         }
     }
+
+    /// The same, saying in the same line what was kept all the same.
+    #[must_use]
+    pub fn kept(mut self, what: impl fmt::Display) -> Self {
+        let (Self::Usage(text) | Self::Input(text) | Self::System(text)) = &mut self;
+        *text = format!("{text}; {what}");
+        self
+    }
 }
 
 impl fmt::Display for Failure {

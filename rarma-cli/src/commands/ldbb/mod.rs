@@ -12,7 +12,7 @@ use super::els::{notices, out};
 use crate::args::{KnownArgs, LdbbCommand, OutArgs};
 use crate::failure::Failure;
 use crate::input::Circles;
-use crate::ldbb::{Findings, Options, evaluate};
+use crate::ldbb::{Findings, Options, evaluate, without_its_other};
 use serde::Serialize;
 use std::fs;
 use std::path::Path;
@@ -110,20 +110,9 @@ fn answer(circles: &Circles, known: &KnownArgs, file: &str) -> Result<Answer, Fa
     })
 }
 
-/// Either every force was run both ways, or none was.
+/// Either every step was run both ways, or none was.
 fn complete(circles: &Circles) -> Result<(), String> {
-    use rarma_core::ldbb::Sense;
-    let runs = &circles.runs;
-    let has = |sense| runs.iter().any(|r| r.sense == sense);
-    if !(has(Sense::Ccw) && has(Sense::Cw)) {
-        return Ok(());
-    }
-    let lone = runs.iter().find(|a| {
-        !runs.iter().any(|b| {
-            b.sense != a.sense && b.rising == a.rising && (a.force_n - b.force_n).abs() < 10.0
-        })
-    });
-    match lone {
+    match without_its_other(&circles.runs) {
         None => Ok(()),
         Some(r) => Err(format!(
             "a missing direction: run {} at {:.0} N is {} and has no {} beside it (measure it, or leave the run out)",
