@@ -19,6 +19,7 @@ pub mod json;
 pub mod ldbb;
 pub mod ldbb_box;
 pub mod modal_case;
+pub mod page;
 pub mod plain;
 pub mod process;
 pub mod refusal;

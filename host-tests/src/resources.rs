@@ -11,18 +11,25 @@ use std::env;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+/// A folder of what the project shares, if it is there: beside the checkout, or where
+/// `RARMA_SHARED` says.
+fn folder(name: &str) -> Option<PathBuf> {
+    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared");
+    let shared = env::var_os("RARMA_SHARED").map_or_else(beside, PathBuf::from);
+    let path = shared.join("data").join(name);
+    path.is_dir().then_some(path)
+}
+
 /// Folder of the recordings that the project shares, if it is there.
 #[must_use]
 pub fn shared() -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/recordings");
-    path.is_dir().then_some(path)
+    folder("recordings")
 }
 
 /// Folder of the published series that the project shares, if it is there.
 #[must_use]
 pub fn series() -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/arma_reference");
-    path.is_dir().then_some(path)
+    folder("arma_reference")
 }
 
 /// [`series`]; without it, a loud line that names the test.

@@ -85,9 +85,10 @@ fn the_force_is_rebuilt_within_3_percent_after_calibration() {
         "  forty points without the lag of the flux {:.1} %; to 1 kHz {:.1} %",
         worst[3], worst[4]
     );
-    assert!((20.0..45.0).contains(&worst[0]), "{worst:?}");
-    assert!((0.5..15.0).contains(&worst[1]), "{worst:?}");
-    assert!((0.05..3.0).contains(&worst[2]), "{worst:?}");
-    assert!((6.0..25.0).contains(&worst[3]), "{worst:?}");
-    assert!((0.5..6.0).contains(&worst[4]), "{worst:?}");
+    // A twentieth either way of what was measured, a tenth where noise has a part in it.
+    assert!((28.1..31.1).contains(&worst[0]), "{worst:?}");
+    assert!((2.4..3.0).contains(&worst[1]), "{worst:?}");
+    assert!((2.3..2.9).contains(&worst[2]), "{worst:?}");
+    assert!((11.0..12.2).contains(&worst[3]), "{worst:?}");
+    assert!((2.5..3.1).contains(&worst[4]), "{worst:?}");
 }

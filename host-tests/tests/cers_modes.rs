@@ -147,12 +147,12 @@ fn every_mode_is_found_at_rest_and_turning() {
             holds(
                 &format!("cers: f, % off, {name} at {rpm:.0} 1/min"),
                 f,
-                0.0..=0.3,
+                0.01..=0.3,
             );
             holds(
                 &format!("cers: ζ, % off, {name} at {rpm:.0} 1/min"),
                 z,
-                0.01..=5.0,
+                0.3..=5.0,
             );
         }
     }

@@ -5,6 +5,7 @@
 //! 980 Hz, 2 %, 400 series each. Print the table with
 //! `cargo test --release -p host-tests --test coverage -- --nocapture --test-threads 1`.
 
+use host_tests::bars::{all_judged, holds};
 use host_tests::modal_case::{Case, F, Reading, SAMPLES};
 use host_tests::statistics::rms;
 use rarma_core::estimate::RarmaConfig;
@@ -12,14 +13,20 @@ use rarma_core::estimate::RarmaConfig;
 const RUNS: u64 = 400;
 /// Samples before the reading with forgetting.
 const LONG: usize = 10_000;
+/// Bars of the recursion that forgets.
+const FORGETTING: &str = "coverage, forgetting";
 /// Wanted.
 const LOW: f64 = 0.92;
 const HIGH: f64 = 0.97;
-/// Standard deviation of a share of 400 that is 0.95: √(0.95·0.05/400).
-const CHANCE: f64 = 0.011;
 
 /// Prints and asserts one line; `worth` is the memory in samples.
-fn check(case: &Case, method: &str, worth: f64, reading: impl Fn(u64) -> Option<Reading>) {
+fn check(
+    form: &str,
+    case: &Case,
+    method: &str,
+    worth: f64,
+    reading: impl Fn(u64) -> Option<Reading>,
+) {
     let found: Vec<Reading> = (0..RUNS)
         .map(|seed| reading(seed).unwrap_or_else(|| panic!("{method}, seed {seed}: no mode")))
         .collect();
@@ -38,13 +45,9 @@ fn check(case: &Case, method: &str, worth: f64, reading: impl Fn(u64) -> Option<
         of(&|x| x.damping_sd) / limit.damping,
         of(&|x| x.frequency_sd) / limit.frequency
     );
-    for covered in [zeta, f] {
-        let band = LOW - CHANCE..=HIGH + CHANCE;
-        assert!(
-            band.contains(&covered),
-            "{} {method}: {covered} not in {band:?}",
-            case.name()
-        );
+    for (what, covered) in [("ζ", zeta), ("f", f)] {
+        let bar = format!("{form}: {what}, {}, {method}", case.name());
+        holds(&bar, covered, LOW..=HIGH);
     }
 }
 
@@ -55,7 +58,7 @@ fn header() {
     println!("|---|---|---|---|---|---|---|---|");
 }
 
-fn recursive(case: &Case, forgetting: f64) {
+fn recursive(form: &str, case: &Case, forgetting: f64) {
     let config = RarmaConfig {
         forgetting,
         ..RarmaConfig::default()
@@ -66,7 +69,7 @@ fn recursive(case: &Case, forgetting: f64) {
         let worth = (1.0 + forgetting) / (1.0 - forgetting);
         (LONG, worth, format!("recursive, λ {forgetting}"))
     };
-    check(case, &name, worth, |seed| {
+    check(form, case, &name, worth, |seed| {
         case.recursive(config, samples, seed)
     });
 }
@@ -75,7 +78,7 @@ fn recursive(case: &Case, forgetting: f64) {
 fn batch_states_its_uncertainty() {
     header();
     for case in [Case::of(1, 0.02, None), Case::of(3, 0.02, None)] {
-        check(&case, "batch", SAMPLES as f64, |seed| {
+        check("coverage, batch", &case, "batch", SAMPLES as f64, |seed| {
             case.batch(SAMPLES, seed)
         });
     }
@@ -89,7 +92,7 @@ fn recursion_states_its_uncertainty() {
         Case::of(3, 0.02, None),
         Case::of(3, 0.02, Some(20.0)),
     ] {
-        recursive(&case, 1.0);
+        recursive("coverage", &case, 1.0);
     }
 }
 
@@ -102,7 +105,8 @@ fn recursion_with_forgetting_states_its_uncertainty() {
         Case::of(3, 0.02, Some(20.0)),
     ] {
         for forgetting in [0.999, 0.998] {
-            recursive(&case, forgetting);
+            recursive(FORGETTING, &case, forgetting);
         }
     }
+    all_judged(FORGETTING);
 }

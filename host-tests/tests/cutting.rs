@@ -9,7 +9,7 @@ use hal_sim::plant::cut::Process;
 use hal_sim::plant::delay::DepthSearch;
 use hal_sim::plant::process::Schedule;
 use hal_sim::plant::truth::{limit_of, roots};
-use host_tests::bars::holds;
+use host_tests::bars::{all_judged, holds};
 use host_tests::statistics::quantile;
 use host_tests::watch::{Watched, each, watch};
 use rarma_cli::ear::{self, Forced, SETTLE_S};
@@ -160,6 +160,7 @@ fn depths(form: &str, parts: &[f64], seconds: f64, seeds: u64) {
             }
         }
     }
+    all_judged(form);
 }
 
 fn ramps(form: &str, seeds: u64) {
@@ -221,6 +222,7 @@ fn ramps(form: &str, seeds: u64) {
             ONSET_MS.0..=ONSET_MS.1,
         );
     }
+    all_judged(form);
 }
 
 #[test]

@@ -4,7 +4,7 @@
 //! `cargo test --release -p host-tests --test ldbb_box_hysteresis -- --nocapture`
 
 use hal_sim::plant::ldbb::Around;
-use host_tests::bars::holds;
+use host_tests::bars::{all_judged, holds};
 use host_tests::ldbb::m3;
 use host_tests::ldbb_box::{job, ready, run};
 use host_tests::rig::answer;
@@ -133,10 +133,11 @@ fn hysteresis_while_moving_by_the_box() {
     println!("moving: {mean:+.3} µm off, {rms:.3} rms, worst of eleven {worst:.2}");
     let single = off.iter().fold(0.0f64, |m, o| m.max(o.abs()));
     holds(
-        "ldbb: hysteresis while moving by the box, a direction by itself, µm",
+        "ldbb box: hysteresis while moving, a direction by itself, µm",
         single,
         1e-3..=0.3,
     );
+    all_judged("ldbb box");
     assert!(mean.abs() < 0.1 && (1e-3..0.3).contains(&worst));
     assert!((0.02..0.2).contains(&rms));
 }

@@ -7,7 +7,7 @@
 //! `--nocapture` prints the table; the long form (50 seeds) is
 //! `cargo test --release -p host-tests --test near_harmonic -- --ignored --nocapture`.
 
-use host_tests::bars::holds;
+use host_tests::bars::{all_judged, holds};
 use host_tests::forced::{Forced, ForcedConfig};
 use host_tests::statistics::quantile;
 use host_tests::watch::{Watched, each, watch};
@@ -145,6 +145,7 @@ fn table(form: &str, seeds: u64) {
             holds(&format!("{form}: 90 %, ms, {of}"), most, 0.0..=FOUND_MS);
         }
     }
+    all_judged(form);
 }
 
 #[test]

@@ -7,7 +7,7 @@
 //! long form (50 signals of each) is
 //! `cargo test --release -p host-tests --test override_steps -- --ignored --nocapture`.
 
-use host_tests::bars::holds;
+use host_tests::bars::{all_judged, holds};
 use host_tests::forced::{Forced, ForcedConfig, OverrideSteps};
 use host_tests::watch::{Watched, each, watch};
 use rand::{Rng, SeedableRng};
@@ -118,6 +118,7 @@ fn table(form: &str, signals: u64) {
             holds(&format!("{form}: median, s, {name}"), lag_s, -0.2..=0.3);
         }
     }
+    all_judged(form);
 }
 
 /// What became of the signals of one rate.

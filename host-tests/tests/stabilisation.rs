@@ -60,12 +60,13 @@ fn true_modes_stabilise_and_made_up_ones_do_not() {
         "{SEEDS} seeds; true: {} seen, stable {stable:.3}, in f {in_f:.3}; made up: {} seen, stable {made_up:.3}, in f {made_up_f:.3}",
         counts[0].seen, counts[1].seen
     );
+    // 0.897 and 0.996, of 271; 0.077 and 0.173, of 52: two sampling errors either way.
     assert!(
-        (0.75..=1.0).contains(&stable) && in_f > 0.95,
+        (0.86..0.94).contains(&stable) && (0.985..=1.0).contains(&in_f),
         "{stable} {in_f}"
     );
     assert!(
-        (0.0..=0.3).contains(&made_up) && made_up_f < 0.4,
+        (0.01..0.15).contains(&made_up) && (0.07..0.28).contains(&made_up_f),
         "{made_up} {made_up_f}"
     );
     assert!(counts[1].seen > 20.0, "nothing made up to be told apart");

@@ -6,6 +6,7 @@
 //! sum; found means two poles, each within 2 Hz of one tone. Print the table with
 //! `cargo test --release -p host-tests --test two_tones -- --nocapture --test-threads 1`.
 
+use host_tests::bars::holds;
 use host_tests::files::Folder;
 use host_tests::rarma;
 use host_tests::signal::{polynomial, white};
@@ -17,6 +18,7 @@ use rarma_core::estimate::batch::{
 use rarma_core::spectrum::{FactorTracker, modal, windowed_density};
 use serde_json::Value;
 use std::f64::consts::TAU;
+use std::ops::RangeInclusive;
 
 const SEEDS: u64 = 100;
 const NEAR_HZ: f64 = 2.0;
@@ -120,10 +122,15 @@ impl Case {
         })
     }
 
-    /// Prints a row and asserts that the count lies in the range.
-    fn row(name: &str, reference: &str, hits: u64, range: std::ops::RangeInclusive<u64>) {
+    /// Prints a row and holds the count to the range: what was counted, and four more or
+    /// less for another machine's rounding, but where all or none are found by right.
+    fn row(&self, name: &str, reference: &str, hits: u64, range: RangeInclusive<f64>) {
         println!("| {name} | {hits} | {reference} |");
-        assert!(range.contains(&hits), "{name}: {hits}");
+        let of = format!(
+            "{} and {} Hz at {} Hz",
+            self.tones[0], self.tones[1], self.fs
+        );
+        holds(&format!("tones: {name}, {of}"), hits as f64, range);
     }
 
     fn head(&self) {
@@ -139,10 +146,11 @@ impl Case {
 #[test]
 fn close_tones_are_found_by_the_line_estimators() {
     CLOSE.head();
-    Case::row("tones(2), exact likelihood", "", CLOSE.tones(), 80..=97);
-    for (p, reference) in [(4, "66"), (6, ""), (10, "")] {
+    CLOSE.row("tones(2), exact likelihood", "", CLOSE.tones(), 82.0..=90.0);
+    for (p, reference, counted) in [(4, "66", 71.0), (6, "", 74.0), (10, "", 79.0)] {
         let name = format!("esprit({p})");
-        Case::row(&name, reference, CLOSE.esprit(p), 65..=90);
+        let range = counted - 4.0..=counted + 4.0;
+        CLOSE.row(&name, reference, CLOSE.esprit(p), range);
     }
 }
 
@@ -151,25 +159,25 @@ fn close_tones_are_found_by_the_line_estimators() {
 fn close_tones_by_the_other_methods() {
     CLOSE.head();
     let fft = CLOSE.count(|y| CLOSE.transform(y));
-    Case::row("FFT, two largest peaks", "8", fft, 0..=30);
-    Case::row("burg(30)", "", CLOSE.burg(30), 0..=40);
-    Case::row("burg(60)", "60", CLOSE.burg(60), 45..=75);
-    Case::row(
+    CLOSE.row("FFT, two largest peaks", "8", fft, 8.0..=16.0);
+    CLOSE.row("burg(30)", "", CLOSE.burg(30), 10.0..=18.0);
+    CLOSE.row("burg(60)", "60", CLOSE.burg(60), 54.0..=62.0);
+    CLOSE.row(
         "modified_covariance(40)",
         "",
         CLOSE.modified_covariance(40),
-        30..=60,
+        37.0..=45.0,
     );
-    Case::row(
+    CLOSE.row(
         "modified_covariance(60)",
         "",
         CLOSE.modified_covariance(60),
-        60..=90,
+        75.0..=83.0,
     );
-    Case::row("Pem(4,4)", "", CLOSE.pem(4, 4), 0..=20);
-    Case::row("Pem(10,9)", "0 to 4", CLOSE.pem(10, 9), 0..=15);
-    Case::row("Ml(4,4)", "", CLOSE.ml(4, 4), 30..=75);
-    Case::row("Ml(10,9)", "0 to 4", CLOSE.ml(10, 9), 3..=40);
+    CLOSE.row("Pem(4,4)", "", CLOSE.pem(4, 4), 0.0..=2.0);
+    CLOSE.row("Pem(10,9)", "0 to 4", CLOSE.pem(10, 9), 0.0..=2.0);
+    CLOSE.row("Ml(4,4)", "", CLOSE.ml(4, 4), 40.0..=48.0);
+    CLOSE.row("Ml(10,9)", "0 to 4", CLOSE.ml(10, 9), 18.0..=26.0);
 }
 
 /// Why likelihood at (10,9) falls short: begun at the true tones it stays with them, but
@@ -203,8 +211,15 @@ fn likelihood_of_many_parameters_prefers_the_noise() {
     println!(
         "begun at the tones, {fitted} fits: {kept} keep them, {higher} are beaten from elsewhere"
     );
-    assert!(fitted >= 20 && kept > fitted / 2, "{fitted} {kept}");
-    assert!(higher > fitted / 2, "{higher} of {fitted}");
+    // 27, 26 and 25 were counted; one more or less for another machine's rounding.
+    for (what, count, counted) in [
+        ("begun at the tones, fitted", fitted, 27.0),
+        ("begun at the tones, kept", kept, 26.0),
+        ("begun at the tones, beaten from elsewhere", higher, 25.0),
+    ] {
+        let bar = format!("tones: Ml(10,9) {what}");
+        holds(&bar, f64::from(count), counted - 1.0..=counted + 1.0);
+    }
 }
 
 #[test]
@@ -212,13 +227,13 @@ fn half_the_rate_makes_it_easy() {
     let case = Case { fs: 500.0, ..CLOSE };
     case.head();
     let fft = case.count(|y| case.transform(y));
-    Case::row("FFT, two largest peaks", "84", fft, 60..=100);
-    Case::row("tones(2)", "", case.tones(), 98..=100);
-    Case::row("esprit(4)", "100", case.esprit(4), 98..=100);
-    Case::row("esprit(10)", "", case.esprit(10), 95..=100);
-    Case::row("burg(60)", "100", case.burg(60), 95..=100);
-    Case::row("Pem(10,9)", "6 to 52", case.pem(10, 9), 0..=80);
-    Case::row("Ml(10,9)", "6 to 52", case.ml(10, 9), 0..=100);
+    case.row("FFT, two largest peaks", "84", fft, 70.0..=78.0);
+    case.row("tones(2)", "", case.tones(), 98.0..=100.0);
+    case.row("esprit(4)", "100", case.esprit(4), 98.0..=100.0);
+    case.row("esprit(10)", "", case.esprit(10), 98.0..=100.0);
+    case.row("burg(60)", "100", case.burg(60), 98.0..=100.0);
+    case.row("Pem(10,9)", "6 to 52", case.pem(10, 9), 17.0..=25.0);
+    case.row("Ml(10,9)", "6 to 52", case.ml(10, 9), 72.0..=80.0);
 }
 
 #[test]
@@ -229,9 +244,9 @@ fn tones_apart_are_found() {
         n: 512,
     };
     case.head();
-    Case::row("Pem(6,5)", "88 to 98", case.pem(6, 5), 99..=100);
-    Case::row("tones(2)", "", case.tones(), 100..=100);
-    Case::row("esprit(6)", "", case.esprit(6), 100..=100);
+    case.row("Pem(6,5)", "88 to 98", case.pem(6, 5), 99.0..=100.0);
+    case.row("tones(2)", "", case.tones(), 100.0..=100.0);
+    case.row("esprit(6)", "", case.esprit(6), 100.0..=100.0);
 }
 
 #[test]
@@ -263,7 +278,17 @@ fn command_line_finds_close_tones() {
         }
     }
     println!("rarma identify, of {seeds} seeds: esprit 10,9, tones 4,4, burg 60,0: {hits:?}");
-    assert!(hits[0] >= 12 && hits[1] >= 14 && hits[2] >= 8, "{hits:?}");
+    for (method, hits, range) in [
+        ("esprit 10,9", hits[0], 16.0..=20.0),
+        ("tones 4,4", hits[1], 17.0..=20.0),
+        ("burg 60,0", hits[2], 10.0..=14.0),
+    ] {
+        holds(
+            &format!("tones: rarma identify, {method}"),
+            f64::from(hits),
+            range,
+        );
+    }
     let file = folder.raw("tones.f64", &CLOSE.series(0));
     for options in [
         "--method tones --order 3,0",

@@ -8,7 +8,9 @@ const HELP: &str = "\
 The workspace's own commands.
 
   cargo demo [ARGS]             simulated machine tool, monitored; report in target/demo
-  cargo verify [--ci]           every check; --ci: a skipped check is a failure
+  cargo verify [--ci]           every check; --ci: what did not run is a failure
+      --long [--markdown FILE]  and every long form; each result into the table in FILE
+      --only CHECK              only this one, by its name in the table
   cargo fw build|run|test [BOARD] [CARGO ARGS] [-- IMAGE ARGS]
                                 the firmware for the Cortex-M4F (default board mps2-an386);
                                 run: in QEMU, or flashed onto nucleo-g474re by probe-rs
@@ -28,6 +30,7 @@ The workspace's own commands.
   cargo xtask long [TEST...]    the long forms of all tests, or of these files of host-tests
       --list                    name them
       --markdown FILE           note each result in the table between the markers in FILE
+      --missing                 only those that have not passed by that table
   cargo xtask qemu ELF [ARGS]   run one image in QEMU, its log decoded
 ";
 

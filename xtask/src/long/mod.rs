@@ -28,6 +28,8 @@ pub struct Request {
     pub list: bool,
     /// Write each result into the table of this file as soon as it is there.
     pub markdown: Option<PathBuf>,
+    /// Only those that have not passed by the table of that file.
+    pub missing: bool,
 }
 
 impl Request {
@@ -41,17 +43,24 @@ impl Request {
         while let Some(word) = words.next() {
             match word.as_str() {
                 "--list" => request.list = true,
+                "--missing" => request.missing = true,
                 "--markdown" => {
                     let file = words.next().map(PathBuf::from);
                     request.markdown =
                         Some(file.ok_or_else(|| Failure::usage("`--markdown` needs a file"))?);
                 }
                 option if option.starts_with('-') => {
-                    return Err(Failure::usage(format!("`long` knows no `{option}`"))
-                        .advise("cargo xtask long [--list] [--markdown FILE] [TEST...]"));
+                    return Err(
+                        Failure::usage(format!("`long` knows no `{option}`")).advise(
+                            "cargo xtask long [--list] [--markdown FILE [--missing]] [TEST...]",
+                        ),
+                    );
                 }
                 file => request.files.push(file.to_owned()),
             }
+        }
+        if request.missing && request.markdown.is_none() {
+            return Err(Failure::usage("`--missing` goes with `--markdown`"));
         }
         Ok(request)
     }
@@ -63,7 +72,11 @@ impl Request {
 /// When the tests do not build, one has no short form, or the table cannot be written.
 pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
     let request = Request::parse(arguments)?;
-    let forms = Forms::find(workspace, &request.files)?;
+    let mut forms = Forms::find(workspace, &request.files)?;
+    if let (true, Some(path)) = (request.missing, &request.markdown) {
+        let table = table_of(path)?;
+        forms.long.retain(|form| !table.passed(&form.name()));
+    }
     if request.list {
         for form in &forms.long {
             println!("{}", form.name());
@@ -123,15 +136,18 @@ pub fn note(
         date: line(Command::new("date").args(["-u", "+%Y-%m-%d"]))?,
         commit: commit(workspace)?,
     };
-    let document = page::read(path)?;
-    let written = Table::found_in(&document).and_then(|mut table| {
-        table.put(row);
-        table.written_into(&document)
-    });
-    let text = written.map_err(|why| {
+    let mut table = table_of(path)?;
+    table.put(row);
+    let text = table.written_into(&page::read(path)?).map_err(|why| {
         Failure::new(format!("cannot put the result into {}", path.display())).because(why)
     })?;
     page::write(path, &text)
+}
+
+fn table_of(path: &Path) -> Result<Table> {
+    Table::found_in(&page::read(path)?).map_err(|why| {
+        Failure::new(format!("no results of long forms in {}", path.display())).because(why)
+    })
 }
 
 /// Fails unless each of these long forms passed when it ran last, by the table of [`PAGE`].
@@ -139,16 +155,15 @@ pub fn note(
 /// # Errors
 /// Names each that has no result or failed, and each result of a long form that is gone.
 pub fn check(workspace: &Workspace, names: &[String]) -> Result<()> {
-    let table = Table::found_in(&page::read(&workspace.root().join(PAGE))?)
-        .map_err(|why| Failure::new(format!("no results of long forms in {PAGE}")).because(why))?;
-    let objections = table.objections(names);
+    let objections = table_of(&workspace.root().join(PAGE))?.objections(names);
     if objections.is_empty() {
         return Ok(());
     }
     Err(Failure::new(format!("long forms are not as {PAGE} says"))
         .because(format!("\n  {}", objections.join("\n  ")))
         .advise(format!(
-            "cargo verify --long --markdown {PAGE}, or cargo xtask long TEST --markdown {PAGE}"
+            "cargo xtask long --markdown {PAGE} --missing; \
+             of a check: cargo verify --long --only CHECK --markdown {PAGE}"
         )))
 }
 
@@ -198,5 +213,6 @@ mod tests {
     fn refuses_what_it_does_not_know() {
         assert!(parse("--markdown").is_err_and(|why| why.exit_code() == 2));
         assert!(parse("--fast").is_err_and(|why| why.exit_code() == 2));
+        assert!(parse("--missing").is_err_and(|why| why.exit_code() == 2));
     }
 }

@@ -39,6 +39,11 @@ impl Table {
         self.rows.sort_by(|a, b| a.name.cmp(&b.name));
     }
 
+    /// Whether that long form passed when it ran last.
+    pub fn passed(&self, name: &str) -> bool {
+        self.rows.iter().any(|row| row.name == name && row.passed)
+    }
+
     /// The table as text.
     pub fn markdown(&self) -> String {
         let mut text = HEADER.to_owned();
@@ -161,6 +166,8 @@ mod tests {
         assert_eq!(told.len(), 2, "{told:?}");
         assert!(told[0].contains("b::y_long: failed on 2026-11-22"));
         assert!(told[1].contains("c::z_long: has no result"));
+        assert!(table().passed("a::x_long"));
+        assert!(!table().passed("b::y_long") && !table().passed("c::z_long"));
         let told = table().objections(&forms[1..2]);
         assert!(
             told[1].contains("a::x_long: in the table, but no"),

@@ -1,8 +1,9 @@
 //! `cargo deny`: the check of `deny.toml` by the field's own tool.
 //!
-//! One that is installed is taken. Where nothing may be skipped a missing one is built into
-//! the build directory, once; that takes minutes, so elsewhere it is only told how.
+//! One that is installed is taken; a missing one is built into the build directory, once: two
+//! minutes of one core.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -16,26 +17,28 @@ const VERSION: &str = "0.20.2";
 pub struct CargoDeny(PathBuf);
 
 impl CargoDeny {
-    /// The one on the search path or in the build directory; with `make`, built if need be.
+    /// The one on the search path or in the build directory, built if need be.
     ///
     /// # Errors
-    /// There is none, or it cannot be built.
-    pub fn find_or_make(workspace: &Workspace, make: bool) -> Result<Self> {
+    /// There is none and it cannot be built.
+    pub fn find_or_make(workspace: &Workspace) -> Result<Self> {
         let folder = workspace.tools_target_dir().join("cargo-deny");
         let built = folder.join("bin/cargo-deny");
         if let Some(found) = process::find_program("cargo-deny") {
             return Ok(Self(found));
         }
         if !built.is_file() {
-            if !make {
-                return Err(Failure::new("cargo-deny is not installed")
-                    .advise(format!("cargo install --locked cargo-deny@{VERSION}")));
-            }
             eprintln!(
                 "licences: building cargo-deny {VERSION} into {}, once",
                 folder.display()
             );
-            process::run(&mut install(workspace, &folder))?;
+            process::run(&mut install(workspace, &folder)).map_err(|failure| {
+                Failure::new("no cargo-deny")
+                    .because(failure)
+                    .advise(format!("cargo install --locked cargo-deny@{VERSION}"))
+            })?;
+            // A gigabyte that nothing needs any more; if it stays it does no harm.
+            let _ = fs::remove_dir_all(folder.join("target"));
         }
         Ok(Self(built))
     }

@@ -28,6 +28,8 @@ pub struct Request {
     pub long: bool,
     /// Note the results of the long forms in the table of this file.
     pub markdown: Option<PathBuf>,
+    /// Only this check.
+    pub only: Option<String>,
 }
 
 impl Request {
@@ -37,7 +39,8 @@ impl Request {
     /// Names the option that is unknown or lacks what it needs.
     pub fn parse(arguments: &[String]) -> Result<Self> {
         let usage = |what: String| {
-            Failure::usage(what).advise("cargo verify [--ci] [--long [--markdown FILE]]")
+            Failure::usage(what)
+                .advise("cargo verify [--ci] [--long [--markdown FILE]] [--only CHECK]")
         };
         let mut request = Self::default();
         let mut words = arguments.iter();
@@ -48,6 +51,13 @@ impl Request {
                 "--markdown" => match words.next() {
                     Some(file) => request.markdown = Some(file.into()),
                     None => return Err(usage("`--markdown` needs a file".to_owned())),
+                },
+                "--only" => match words.next() {
+                    Some(name) if stages::ALL.iter().any(|(known, _)| known == name) => {
+                        request.only = Some(name.clone());
+                    }
+                    Some(name) => return Err(usage(format!("no check is called `{name}`"))),
+                    None => return Err(usage("`--only` needs the name of a check".to_owned())),
                 },
                 other => return Err(usage(format!("`verify` knows no `{other}`"))),
             }
@@ -68,8 +78,12 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
     let mut request = Request::parse(arguments)?;
     request.ci |= env::var("CI").is_ok_and(|value| value == "true");
     let mut summary = Summary::new(request.ci);
+    let only = request.only.clone();
     let mut bench = Bench::new(workspace, request);
     for (number, (name, check)) in stages::ALL.iter().enumerate() {
+        if only.as_ref().is_some_and(|only| only != name) {
+            continue;
+        }
         println!("\n==> {}/{} {name}", number + 1, stages::ALL.len());
         let begun = Instant::now();
         let outcome =
@@ -100,7 +114,16 @@ mod tests {
         let request = parse("--long --markdown a.md --ci").expect("valid");
         assert!(request.ci && request.long && request.markdown == Some("a.md".into()));
         assert_eq!(parse(""), Ok(Request::default()));
-        for wrong in ["--fast", "--long --markdown", "--markdown a.md", "long"] {
+        let request = parse("--only clippy").expect("valid");
+        assert_eq!(request.only.as_deref(), Some("clippy"));
+        for wrong in [
+            "--fast",
+            "--long --markdown",
+            "--markdown a.md",
+            "long",
+            "--only",
+            "--only x",
+        ] {
             assert!(
                 parse(wrong).is_err_and(|why| why.exit_code() == 2),
                 "{wrong}"
