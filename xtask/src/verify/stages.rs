@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::process::Command;
 
+use super::commands;
 use super::dependencies;
 use super::summary::Outcome;
 use crate::chip::figures::Figures;
@@ -14,7 +15,7 @@ use crate::{EMULATED_BOARD, Result, TARGET, Workspace, chip, count, fw, process,
 pub type Check = fn(&mut Bench<'_>) -> Result<Outcome>;
 
 /// Every check with its name.
-pub const ALL: [(&str, Check); 14] = [
+pub const ALL: [(&str, Check); 15] = [
     ("format", format),
     ("clippy", clippy),
     ("docs", docs),
@@ -25,6 +26,7 @@ pub const ALL: [(&str, Check); 14] = [
     ("board image", board_image),
     ("host tests", host_tests),
     ("doc tests", doc_tests),
+    ("commands of the docs", commands::check),
     ("on-target tests", on_target_tests),
     ("board figures", board_figures),
     ("counting plugin", counting_plugin),
@@ -37,22 +39,25 @@ const COUNT_TABLE: &str = "README.md";
 /// What the checks share.
 #[derive(Debug)]
 pub struct Bench<'a> {
-    workspace: &'a Workspace,
+    pub(super) workspace: &'a Workspace,
     ci: bool,
+    /// Whether what takes long is run, too.
+    pub(super) long: bool,
     /// The target's toolchain, or why there is none.
     toolchain: std::result::Result<ArmToolchain, String>,
     /// The emulated board's image, once built.
-    image: Option<PathBuf>,
+    pub(super) image: Option<PathBuf>,
     /// The image for the real board and the model of its chip, once both are there.
     board: Option<(PathBuf, Model)>,
 }
 
 impl<'a> Bench<'a> {
     /// Nothing made yet.
-    pub fn new(workspace: &'a Workspace, ci: bool) -> Self {
+    pub fn new(workspace: &'a Workspace, ci: bool, long: bool) -> Self {
         Self {
             workspace,
             ci,
+            long,
             toolchain: Err("not looked for yet".to_owned()),
             image: None,
             board: None,
