@@ -14,7 +14,7 @@ use super::{aliases, may_end_with_one};
 use crate::verify::stages::Bench;
 use crate::{Failure, Result, Workspace, fw, process};
 use std::fs;
-use std::net::TcpListener;
+use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::thread;
@@ -42,6 +42,8 @@ pub struct Runner<'a> {
     one: Vec<String>,
     image: Option<PathBuf>,
     long: bool,
+    /// A command of this block was not run: those after it may want what it makes.
+    wanting: bool,
 }
 
 /// A box that listens: the address in the page, the real one.
@@ -75,6 +77,7 @@ impl<'a> Runner<'a> {
             one: may_end_with_one(workspace)?,
             image: bench.image.clone(),
             long: bench.long,
+            wanting: false,
             rarma,
             scratch,
         })
@@ -97,6 +100,7 @@ impl<'a> Runner<'a> {
         #[cfg(unix)]
         std::os::unix::fs::symlink(self.workspace.target_dir(), folder.join("target"))
             .map_err(|why| Failure::new("cannot link the build folder").because(why))?;
+        self.wanting = false;
         let mut boxes: Vec<Listening> = Vec::new();
         for (number, text) in &block.lines {
             let place = format!("{}:{number}", block.page);
@@ -206,7 +210,9 @@ impl<'a> Runner<'a> {
             }
             plan if plan.needs_image() && self.image.is_none() => {
                 tally.not(said, "no image of the emulated chip");
+                self.wanting = true;
             }
+            _ if self.wanting => tally.not(said, "one before it was not run"),
             Plan::Rarma(_) | Plan::Own(_) | Plan::Tool(_) | Plan::EmulatedBox(_) => {
                 return Ok(false);
             }
@@ -346,8 +352,8 @@ impl<'a> Runner<'a> {
         command.env("RARMA_BOX_LISTEN", free.to_string());
         let (server, _) = Server::start(&mut command, folder, LISTENING)?;
         let begun = Instant::now();
-        // Taken once nobody else can have it.
-        while TcpListener::bind(free).is_ok() {
+        // It says so before the emulator has started.
+        while TcpStream::connect(free).is_err() {
             if begun.elapsed() > LISTENING {
                 return Err(Failure::new("the emulated box does not listen"));
             }
