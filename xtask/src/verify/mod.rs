@@ -5,6 +5,7 @@
 //! `--long` the long forms of tests and of checks run, too, which takes hours.
 
 mod cargo_deny;
+pub mod commands;
 pub mod dependencies;
 mod fuzz;
 mod spdx;

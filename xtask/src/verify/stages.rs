@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use super::cargo_deny::CargoDeny;
 use super::summary::Outcome;
-use super::{Request, dependencies, fuzz};
+use super::{Request, commands, dependencies, fuzz};
 use crate::chip::figures::Figures;
 use crate::chip::model::Model;
 use crate::long::{self, Forms, LongForm};
@@ -30,6 +30,7 @@ pub const ALL: &[(&str, Check)] = &[
     ("board image", board_image),
     ("host tests", host_tests),
     ("doc tests", doc_tests),
+    ("commands of the docs", commands::check),
     ("fuzzing", fuzzing),
     ("long forms", long_forms),
     ("on-target tests", on_target_tests),
@@ -48,12 +49,12 @@ const COUNT_TABLE: &str = "README.md";
 /// What the checks share.
 #[derive(Debug)]
 pub struct Bench<'a> {
-    workspace: &'a Workspace,
+    pub(super) workspace: &'a Workspace,
     request: Request,
     /// The target's toolchain, or why there is none.
     toolchain: std::result::Result<ArmToolchain, String>,
     /// The emulated board's image, once built.
-    image: Option<PathBuf>,
+    pub(super) image: Option<PathBuf>,
     /// The image for the real board and the model of its chip, once both are there.
     board: Option<(PathBuf, Model)>,
 }

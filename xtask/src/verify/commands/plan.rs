@@ -1,0 +1,316 @@
+//! What is done with a documented command: run here, left to another stage, or not run, and why.
+
+use super::shell::Step;
+use crate::fw::{Request, Verb};
+use crate::{EMULATED_BOARD, EMULATED_BOX};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// What is done with a command.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Plan {
+    /// `rarma` with these arguments is run.
+    Rarma(Vec<String>),
+    /// One of this program's own commands is run.
+    Own(Vec<String>),
+    /// An emulated box is started, for the commands after it to talk to.
+    EmulatedBox(Vec<String>),
+    /// A usual program is run.
+    Tool(Vec<String>),
+    /// Tests that another stage runs; that they exist is looked up.
+    Tests(Tests),
+    /// A bench; run where long ones are.
+    Bench(String),
+    /// Another stage of the same checks does it.
+    Stage(&'static str),
+    /// It cannot be run here: why.
+    Not(&'static str),
+}
+
+impl Plan {
+    /// Whether it needs the image of the emulated chip, which not every machine can build.
+    pub fn needs_image(&self) -> bool {
+        match self {
+            Self::Rarma(words) => words.first().is_some_and(|word| word == "target"),
+            Self::Tool(words) => words.first().is_some_and(|word| word == "size"),
+            Self::EmulatedBox(_) => true,
+            _ => false,
+        }
+    }
+}
+
+/// A command line of `cargo test`.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Tests {
+    /// The package.
+    pub package: String,
+    /// Test files by their names; none: the tests in the library.
+    pub files: Vec<String>,
+    /// What the tests' names hold.
+    pub filter: Option<String>,
+    /// Those that are ignored otherwise.
+    pub ignored: bool,
+}
+
+/// What classifying needs to know of the workspace.
+#[derive(Debug, Clone)]
+pub struct Known {
+    /// Aliases of cargo and what they stand for.
+    pub aliases: BTreeMap<String, String>,
+    /// Boards there is an image for.
+    pub boards: Vec<String>,
+}
+
+/// Programs that are no part of this project and may stand in the pages.
+const TOOLS: [&str; 2] = ["cmp", "size"];
+
+impl Known {
+    /// What is done with a command.
+    ///
+    /// # Errors
+    /// The form is not known: what to do about it.
+    pub fn plan(&self, step: &Step) -> Result<Plan, String> {
+        let Some((program, rest)) = step.words.split_first() else {
+            return Err("no program".to_owned());
+        };
+        match program.as_str() {
+            "rarma" => Ok(Plan::Rarma(rest.to_vec())),
+            "cargo" => self.cargo(rest),
+            tool if TOOLS.contains(&tool) => Ok(Plan::Tool(step.words.clone())),
+            other => Err(format!(
+                "`{other}` is no program that the pages may use (known: rarma, cargo, {})",
+                TOOLS.join(", ")
+            )),
+        }
+    }
+
+    fn cargo(&self, words: &[String]) -> Result<Plan, String> {
+        let Some((verb, rest)) = words.split_first() else {
+            return Err("`cargo` alone".to_owned());
+        };
+        match verb.as_str() {
+            "run" => program(rest).map(Plan::Rarma),
+            "test" => tests(rest).map(Plan::Tests),
+            "bench" => bench(rest).map(Plan::Bench),
+            alias => {
+                let expanded = self
+                    .aliases
+                    .get(alias)
+                    .ok_or(format!("`cargo {alias}` is no alias in .cargo/config.toml"))?;
+                let own = expanded
+                    .split_once(" -- ")
+                    .map_or("", |(_, command)| command);
+                let own: Vec<String> = own
+                    .split_whitespace()
+                    .map(str::to_owned)
+                    .chain(rest.iter().cloned())
+                    .collect();
+                self.own(&own)
+            }
+        }
+    }
+
+    fn own(&self, words: &[String]) -> Result<Plan, String> {
+        let (verb, rest) = words.split_first().ok_or("`cargo xtask` alone")?;
+        match verb.as_str() {
+            "demo" => Ok(Plan::Own(words.to_vec())),
+            "verify" => Ok(Plan::Not("it is this run")),
+            "count" => Ok(Plan::Stage("instruction counts")),
+            "chip" => Ok(Plan::Stage("board figures")),
+            "fw" => self.firmware(words, rest),
+            "qemu" => match rest.first() {
+                Some(elf)
+                    if Path::new(elf)
+                        .file_stem()
+                        .is_some_and(|s| s == EMULATED_BOX) =>
+                {
+                    Ok(Plan::EmulatedBox(words.to_vec()))
+                }
+                Some(_) => Ok(Plan::Not("the bare image wants a job in its folder")),
+                None => Err("`qemu` without an image".to_owned()),
+            },
+            other => Err(format!("`cargo xtask {other}`: no such command")),
+        }
+    }
+
+    fn firmware(&self, words: &[String], rest: &[String]) -> Result<Plan, String> {
+        let request = Request::parse(rest).map_err(|why| why.to_string())?;
+        if !self.boards.contains(&request.board) {
+            return Err(format!("no board `{}`", request.board));
+        }
+        let emulated = request.board == EMULATED_BOARD;
+        let whole_box = request.cargo_arguments.iter().any(|a| a == EMULATED_BOX);
+        match request.verb {
+            Verb::Build if emulated => Ok(Plan::Stage("firmware image")),
+            Verb::Build => Ok(Plan::Stage("board image")),
+            Verb::Test => Ok(Plan::Stage("on-target tests")),
+            Verb::Run if whole_box => Ok(Plan::EmulatedBox(words.to_vec())),
+            Verb::Run if emulated => Ok(Plan::Not("the bare image wants a job in the root")),
+            Verb::Run => Ok(Plan::Not("it flashes a board through its debugger")),
+        }
+    }
+}
+
+/// Arguments of `rarma` behind `cargo run`.
+fn program(words: &[String]) -> Result<Vec<String>, String> {
+    let form = "`cargo run` must have the form `cargo run --release -p rarma-cli -- COMMAND`";
+    let split = words.iter().position(|word| word == "--").ok_or(form)?;
+    let (ours, rest) = words.split_at(split);
+    if ours != ["--release", "-p", "rarma-cli"] {
+        return Err(form.to_owned());
+    }
+    Ok(rest.get(1..).unwrap_or_default().to_vec())
+}
+
+fn tests(words: &[String]) -> Result<Tests, String> {
+    let mut out = Tests::default();
+    let (mut release, mut library, mut passed_on) = (false, false, false);
+    let mut words = words.iter().map(String::as_str);
+    while let Some(word) = words.next() {
+        let mut value = || {
+            words
+                .next()
+                .map(str::to_owned)
+                .ok_or(format!("`{word}` without a value"))
+        };
+        match word {
+            "--" if !passed_on => passed_on = true,
+            "--release" if !passed_on => release = true,
+            "-p" | "--package" if !passed_on => out.package = value()?,
+            "--test" if !passed_on => out.files.push(value()?),
+            "--lib" if !passed_on => library = true,
+            "--ignored" if passed_on => out.ignored = true,
+            "--nocapture" if passed_on => {}
+            "--test-threads" if passed_on => drop(value()?),
+            option if option.starts_with('-') => {
+                return Err(format!("`cargo test` with `{option}` is not known here"));
+            }
+            filter if out.filter.is_none() => out.filter = Some(filter.to_owned()),
+            second => return Err(format!("a second filter `{second}`")),
+        }
+    }
+    if !release {
+        return Err("`cargo test` without `--release`: the checks build no other".to_owned());
+    }
+    if out.package.is_empty() || library != out.files.is_empty() {
+        return Err("name a package and its `--lib` or `--test NAME`".to_owned());
+    }
+    Ok(out)
+}
+
+fn bench(words: &[String]) -> Result<String, String> {
+    match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["-p", "host-tests", "--bench", name] => Ok(name.to_owned()),
+        _ => Err(
+            "`cargo bench` must have the form `cargo bench -p host-tests --bench NAME`".to_owned(),
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::verify::commands::shell;
+
+    fn plan(text: &str) -> Result<Plan, String> {
+        let alias = |name: &str, own: &str| {
+            (
+                name.to_owned(),
+                format!("run --quiet --package xtask -- {own}"),
+            )
+        };
+        let known = Known {
+            aliases: [
+                alias("demo", "demo"),
+                alias("verify", "verify"),
+                alias("fw", "fw"),
+                (
+                    "xtask".to_owned(),
+                    "run --quiet --package xtask -- ".to_owned(),
+                ),
+            ]
+            .into(),
+            boards: ["mps2-an386", "nucleo-g474re"].map(str::to_owned).to_vec(),
+        };
+        let line = shell::parse(text).expect("sound");
+        known.plan(&line.pipelines[0][0])
+    }
+
+    fn words(text: &str) -> Vec<String> {
+        text.split_whitespace().map(str::to_owned).collect()
+    }
+
+    #[test]
+    fn the_program_by_both_names() {
+        let want = Ok(Plan::Rarma(words("psd my.wav --method welch")));
+        assert_eq!(plan("rarma psd my.wav --method welch"), want);
+        let long = "cargo run --release -p rarma-cli -- psd my.wav --method welch";
+        assert_eq!(plan(long), want);
+    }
+
+    #[test]
+    fn what_others_do_and_what_nobody_can() {
+        for (text, stage) in [
+            ("cargo fw build", "firmware image"),
+            ("cargo fw build nucleo-g474re", "board image"),
+            ("cargo fw test", "on-target tests"),
+            ("cargo xtask count", "instruction counts"),
+            ("cargo xtask chip", "board figures"),
+        ] {
+            assert_eq!(plan(text), Ok(Plan::Stage(stage)), "{text}");
+            let there = crate::verify::stages::ALL
+                .iter()
+                .any(|(name, _)| *name == stage);
+            assert!(there, "no stage {stage}");
+        }
+        for text in ["cargo verify", "cargo fw run nucleo-g474re", "cargo fw run"] {
+            assert!(matches!(plan(text), Ok(Plan::Not(_))), "{text}");
+        }
+        assert_eq!(plan("cargo demo"), Ok(Plan::Own(words("demo"))));
+        let whole_box = plan("cargo fw run mps2-an386 --bin mps2-an386-box");
+        assert!(
+            matches!(whole_box, Ok(Plan::EmulatedBox(_))),
+            "{whole_box:?}"
+        );
+    }
+
+    #[test]
+    fn tests_of_a_file_and_of_a_library() {
+        let found = plan(
+            "cargo test --release -p host-tests --test health --test a -- --ignored --nocapture --test-threads 1 million",
+        );
+        let want = Tests {
+            package: "host-tests".to_owned(),
+            files: words("health a"),
+            filter: Some("million".to_owned()),
+            ignored: true,
+        };
+        assert_eq!(found, Ok(Plan::Tests(want)));
+        let found = plan("cargo test --release -p rarma-core --lib arx -- --nocapture");
+        let Ok(Plan::Tests(found)) = found else {
+            panic!("{found:?}")
+        };
+        assert!(found.files.is_empty() && found.filter.as_deref() == Some("arx"));
+    }
+
+    #[test]
+    fn an_unknown_form_is_refused() {
+        for text in [
+            "ls",
+            "cargo",
+            "cargo frobnicate",
+            "cargo run -p rarma-cli -- demo",
+            "cargo run --release -p xtask -- demo",
+            "cargo test -p host-tests --test health",
+            "cargo test --release --test health",
+            "cargo test --release -p host-tests",
+            "cargo test --release -p host-tests --test health -- --skip a",
+            "cargo bench",
+            "cargo fw flash",
+            "cargo fw build no-board",
+            "cargo xtask frobnicate",
+        ] {
+            assert!(plan(text).is_err(), "{text}: {:?}", plan(text));
+        }
+    }
+}
