@@ -132,10 +132,13 @@ pub fn run_as(
         for heard in std::mem::take(&mut all.host.heard) {
             match heard.message {
                 Telemetry::Circle(CircleMessage::Ready {
-                    run, cw, rising, ..
+                    run,
+                    cw,
+                    rising,
+                    pressure_pa,
                 }) => {
                     start = Some(heard.at_us + 300_000);
-                    ready = Some((run, cw, rising));
+                    ready = Some((run, cw, rising, pressure_pa));
                 }
                 Telemetry::Circle(CircleMessage::Points(p)) => {
                     for (k, gauge_m) in p.gauge_m.iter().enumerate() {
@@ -150,18 +153,11 @@ pub fn run_as(
                     pressure_pa,
                     ..
                 }) => {
-                    let (number, cw, rising) = ready.expect("it was ready");
-                    assert_eq!(number, run);
+                    let run_of = ready.expect("it was ready");
+                    assert_eq!(run_of.0, run);
                     let readings = std::mem::take(&mut readings);
-                    told.runs.push(captured(
-                        &config,
-                        run,
-                        cw,
-                        rising,
-                        arc_s,
-                        pressure_pa,
-                        &readings,
-                    ));
+                    told.runs
+                        .push(captured(&config, run_of, arc_s, pressure_pa, &readings));
                 }
                 Telemetry::Circle(CircleMessage::Failed { run, why }) => {
                     told.failed = Some((run, why));
@@ -182,7 +178,7 @@ pub fn run_as(
         }
         if start.is_some_and(|us| all.rig.world_us() >= us) {
             start = None;
-            let (number, cw, _) = ready.expect("it was ready");
+            let (number, cw, ..) = ready.expect("it was ready");
             let sense = if cw { Sense::Cw } else { Sense::Ccw };
             let fault = motion.filter(|(run, _)| *run == number).map(|(_, f)| f);
             let bar = all.rig.bar_mut().expect("a machine");
@@ -196,9 +192,7 @@ pub fn run_as(
 
 fn captured(
     config: &ProcedureConfig,
-    run: u16,
-    cw: bool,
-    rising: bool,
+    (run, cw, rising, set_pa): (u16, bool, bool, f32),
     arc_s: f32,
     pressure_pa: f32,
     readings: &[(f64, f64, f64)],
@@ -221,6 +215,7 @@ fn captured(
         number: u32::from(run),
         sense: map.sense,
         rising,
+        set_pa: Some(f64::from(set_pa)),
         pressure_pa: f64::from(pressure_pa),
         force_n: ForceLaw::standard().force_n(f64::from(pressure_pa)),
         points: inside().map(|(theta, r, _)| (theta, r)).collect(),

@@ -27,7 +27,7 @@ fn what_is_no_port_is_refused_by_name() {
     for (port, words) in [
         (nobody.as_str(), ["nobody listens", "start the box"]),
         ("tcp:box", ["not an address", "tcp:HOST:PORT"]),
-        ("tcp:127.0.0.1:many", ["address", "port"]),
+        ("tcp:127.0.0.1:many", ["not an address", "tcp:HOST:PORT"]),
         (&missing, ["no such file or port", "plugged in"]),
         (&directory, ["is a directory", "name one file"]),
         (

@@ -39,6 +39,14 @@ impl Failure {
             Self::Closed => 141,
         }
     }
+
+    /// The same, saying in the same line what was kept all the same.
+    #[must_use]
+    pub fn kept(mut self, what: impl fmt::Display) -> Self {
+        let (Self::Usage(text) | Self::Input(text) | Self::System(text)) = &mut self;
+        *text = format!("{text}; {what}");
+        self
+    }
 }
 
 impl fmt::Display for Failure {

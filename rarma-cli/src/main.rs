@@ -23,10 +23,13 @@ fn main() -> ExitCode {
 fn ended() -> Result<u8, Failure> {
     let code = match Cli::try_parse() {
         Ok(cli) => rarma_cli::commands::run(&cli)?,
-        // Help and version are no errors.
-        Err(help) => {
-            stdout::wrote(help.print())?;
-            help.exit_code() as u8
+        // Help and version are no errors, and are said on standard output.
+        Err(said) => {
+            let printed = said.print();
+            if !said.use_stderr() {
+                stdout::wrote(printed)?;
+            }
+            said.exit_code() as u8
         }
     };
     stdout::end()?;

@@ -100,6 +100,11 @@ impl Port {
         sent.map_err(|why| self.gone("send", &why))
     }
 
+    /// What is said when the other end has closed.
+    pub fn closed(&self) -> Failure {
+        self.gone("read", &ErrorKind::ConnectionReset.into())
+    }
+
     fn gone(&self, step: &str, why: &io::Error) -> Failure {
         let (what, remedy) = match why.kind() {
             ErrorKind::ConnectionReset | ErrorKind::ConnectionAborted | ErrorKind::BrokenPipe => (

@@ -151,7 +151,7 @@ impl RawStreams {
     pub fn notice(&self) -> Option<String> {
         (self.impossible > 0).then(|| {
             format!(
-                "{} blocks of raw samples are left out: their numbers cannot be",
+                "blocks of raw samples left out, for their numbers cannot be: {}",
                 self.impossible
             )
         })

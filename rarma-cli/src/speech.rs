@@ -1,5 +1,6 @@
 //! Commands to the box in words: typed by people, and written in scenarios.
 
+use crate::one_line::OneLine;
 use rarma_core::cers::{Direction, ExcitationJob, Signal};
 use rarma_core::guard::Mode;
 use rarma_core::settings::{Kind, SETTINGS, Setting, SettingValue};
@@ -11,8 +12,23 @@ pub const WORDS: &str = "identify | status | start safe|monitor|cers|ldbb | stop
 /// A line to a command.
 ///
 /// # Errors
-/// What is wrong with it, and what can be said.
+/// What is wrong with it, and what can be said: one line.
 pub fn command(line: &str) -> Result<Command, String> {
+    read(line).map_err(|why| {
+        let why = OneLine(&why).to_string();
+        let word = line.split_whitespace().next().unwrap_or_default();
+        let form = WORDS.split(" | ").find(|form| {
+            let named = form.split_whitespace().next();
+            named == Some(word)
+        });
+        match form {
+            Some(form) if !why.ends_with(')') => format!("{why} (say {form})"),
+            _ => why,
+        }
+    })
+}
+
+fn read(line: &str) -> Result<Command, String> {
     let words: Vec<&str> = line.split_whitespace().collect();
     let number = |text: &str| {
         text.parse::<f32>()
@@ -200,7 +216,10 @@ pub fn value(setting: &Setting, text: &str) -> Result<SettingValue, String> {
         Kind::Real { .. } => text.parse().map(SettingValue::Real).ok(),
         Kind::Whole { .. } => text.parse().map(SettingValue::Whole).ok(),
     }
-    .ok_or_else(|| format!("`{text}` is not a number that {} takes", setting.name))
+    .ok_or_else(|| {
+        let (name, text) = (setting.name, OneLine(text));
+        format!("`{text}` is not a number that {name} takes (`rarma box --settings` lists what it takes)")
+    })
 }
 
 /// A value as it is typed.
@@ -250,9 +269,12 @@ mod tests {
             ("excite noise z 0.1 100:1000 5", "is no direction"),
             ("excite noise x 0.1 100-1000 5", "is no band"),
             ("excite steps x 0.1 100:1000 5", "number of lines"),
+            ("stream x", "(say stream SECONDS)"),
+            ("pressure \u{1b}[2J", "\\u{1b}"),
         ] {
             let why = command(line).expect_err(line);
             assert!(why.contains(says), "{line}: {why}");
+            assert!(why.ends_with(')') && why.contains(" ("), "{line}: {why}");
         }
     }
 }

@@ -1,6 +1,9 @@
 //! Promise: every recording is read as it is, or refused in one line that names
 //! the file, the place, the reason and what to do.
 
+// Files that are broken on purpose.
+#![allow(clippy::disallowed_methods)]
+
 #[path = "input/bench.rs"]
 mod bench;
 #[path = "input/formats.rs"]

@@ -1,6 +1,6 @@
 //! The box's own side: its commands, and its flash.
 
-use super::link::{Piece, framed, pieces};
+use super::link::{Piece, framed, head_words, pieces};
 use crate::Target;
 use firmware::store;
 use hal_sim::rig::{RigSetUp, SECTOR, SECTORS, SimBox, SimFlash, SimRig};
@@ -11,7 +11,7 @@ pub(super) const COMMANDS: Target = Target {
     name: "commands",
     reads: "the link of a whole box",
     run: commands,
-    words: Vec::new,
+    words: head_words,
 };
 
 pub(super) const STORE: Target = Target {

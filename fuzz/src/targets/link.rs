@@ -1,11 +1,13 @@
 //! Frames: any bytes on the wire, and any body in a sound frame.
 
 use crate::{Target, check};
-use rarma_cli::frames::{FrameReader, RawSamples, to_json, words};
+use rarma_cli::frames::{FrameReader, to_json, words};
+use rarma_cli::raw_streams::{Piece as RawPiece, RawStreams};
 use rarma_core::wire::{Command, Deframer, Head, MAX_FRAME, Telemetry, decode, encode, head};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde::ser::SerializeTuple;
+use std::convert::Infallible;
 
 pub(super) const FRAMES: Target = Target {
     name: "frames",
@@ -26,11 +28,17 @@ pub(super) const FRAMES: Target = Target {
             }
         }
     },
-    words: Vec::new,
+    words: head_words,
 };
 
 /// The session of frames made here.
 pub(super) const SESSION: u32 = 0x0102_0304;
+
+/// What every frame begins with, and its end.
+pub(super) fn head_words() -> Vec<String> {
+    let versions = (4..8).map(|version| format!("RA{}", char::from(version)));
+    versions.chain(["\0".to_owned()]).collect()
+}
 
 /// A piece of what goes over a link.
 pub(super) enum Piece<'a> {
@@ -86,17 +94,24 @@ pub(super) fn there_and_back<M: Serialize + DeserializeOwned>(message: &M) {
 
 /// Any bytes, in pieces of any size, and a sound frame after them: that one is read.
 fn stream(bytes: &[u8]) {
-    let mut raw = RawSamples::default();
+    let mut raw = RawStreams::default();
     let mut reader = FrameReader::default();
     reader.take(bytes, |head, message| {
-        raw.take(&message);
+        let taken: Result<(), Infallible> = raw.take(head.session, &message, |piece| {
+            if let RawPiece::End(stream) = piece {
+                check::one_line(&stream.words());
+            }
+            Ok(())
+        });
+        let Ok(()) = taken;
         told(head, &message);
     });
     if let Some(losses) = reader.losses() {
         check::one_line(&losses);
     }
-    let (samples, _) = raw.joined();
-    drop(samples);
+    if let Some(stream) = raw.now() {
+        check::one_line(&stream.words());
+    }
     let mut deframer = Deframer::default();
     let mut last = None;
     let good = framed_command();

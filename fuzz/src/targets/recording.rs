@@ -1,6 +1,6 @@
 //! Recordings: everything that `monitor` and its like read.
 
-use super::link::{Piece, SESSION, framed, pieces};
+use super::link::{Piece, SESSION, framed, head_words, pieces};
 use crate::{Target, check, scratch};
 use rarma_cli::input::{self, ReadOptions, Recording};
 use std::path::Path;
@@ -17,7 +17,7 @@ pub(super) const WAV: Target = Target {
         let names = [
             "RIFF", "RF64", "WAVE", "fmt ", "data", "ds64", "LIST", "fact",
         ];
-        let numbers = [[0xFE, 0xFF], [1, 0], [3, 0], [32, 0], [64, 0], [24, 0]];
+        let numbers = [[1, 0], [3, 0], [32, 0], [64, 0], [24, 0]];
         let numbers = numbers.map(|n: [u8; 2]| n.map(char::from).iter().collect::<String>());
         names
             .map(str::to_owned)
@@ -65,7 +65,7 @@ pub(super) const RAW: Target = Target {
             }
         }
     },
-    words: Vec::new,
+    words: || ["\0\0\0A", "\0\0\0\0\0\0\0@"].map(str::to_owned).to_vec(),
 };
 
 pub(super) const FRAMES: Target = Target {
@@ -87,7 +87,7 @@ pub(super) const FRAMES: Target = Target {
             read("case.frames", &sent, &options);
         }
     },
-    words: Vec::new,
+    words: head_words,
 };
 
 /// As a file says it, with a rate from outside, and the second channel.

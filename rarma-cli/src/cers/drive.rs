@@ -83,15 +83,6 @@ impl Drive {
         });
         Lines::new(RATE_HZ / BLOCK as f64, self.band_hz, set, dodge).ok()
     }
-
-    /// Largest current of either direction, A.
-    pub fn peak_a(&self) -> f64 {
-        let mut commands = Commands::new(self, 1);
-        (0..2 * TABLE).fold(0.0, |m: f64, n| {
-            let [x, y] = commands.at(n);
-            m.max(f64::from(x.abs())).max(f64::from(y.abs()))
-        })
-    }
 }
 
 /// One direction's source.
@@ -141,6 +132,15 @@ impl Commands {
         }
     }
 
+    /// Largest current of either direction from the first period on, A.
+    pub fn peak_a(&self) -> f64 {
+        let mut commands = self.clone();
+        (0..2 * TABLE).fold(0.0, |m: f64, n| {
+            let [x, y] = commands.at(n);
+            m.max(f64::from(x.abs())).max(f64::from(y.abs()))
+        })
+    }
+
     /// Changes of the current at period `n`, A; periods one after the other.
     pub fn at(&mut self, n: usize) -> [f32; 2] {
         let rms = self.rms_a;
@@ -187,8 +187,13 @@ pub fn tuning(inductance_h: f64, resistance_ohm: f64, most_duty: f64) -> Result<
 
 /// Largest voltage that the regulators would ask for: bias and excitation through the loop
 /// on a coil of constant inductance, with no limit; two periods of the multisine, or as
-/// much of another signal.
-pub fn needed_volts(drive: &Drive, bias_a: f64, inductance_h: f64, resistance_ohm: f64) -> f64 {
+/// much of another signal. The commands are those from the first period on.
+pub fn needed_volts(
+    from_start: &Commands,
+    bias_a: f64,
+    inductance_h: f64,
+    resistance_ohm: f64,
+) -> f64 {
     let Ok(mut tuning) = tuning(inductance_h, resistance_ohm, 1.0) else {
         return f64::INFINITY;
     };
@@ -196,7 +201,7 @@ pub fn needed_volts(drive: &Drive, bias_a: f64, inductance_h: f64, resistance_oh
     let mut most = 0.0f64;
     let keep = (-resistance_ohm / (inductance_h * LOOP_HZ)).exp();
     for (axis, sign) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
-        let mut commands = Commands::new(drive, 1);
+        let mut commands = from_start.clone();
         let (mut regulator, mut current) = (Regulator::default(), bias_a);
         // The sum starts where the bias holds itself.
         let (mut volts, mut next) = (bias_a * resistance_ohm, bias_a * resistance_ohm);

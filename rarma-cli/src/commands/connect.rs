@@ -131,7 +131,7 @@ fn settings(talk: &mut Talk) -> Result<u8, Failure> {
                     }
                 })?;
                 if !here {
-                    return Err(Failure::System("the box is gone".to_owned()));
+                    return Err(talk.port.closed());
                 }
             }
             if found[k].is_some() {
@@ -340,11 +340,11 @@ impl View {
         );
         lines.extend(self.events.iter().cloned());
         lines.push("type a command and Enter; quit ends".to_owned());
-        terminal.clear_last_lines(self.lines)?;
+        stdout::wrote(terminal.clear_last_lines(self.lines))?;
         let width = usize::from(terminal.size().1).max(20);
         for line in &lines {
             let short: String = line.chars().take(width - 1).collect();
-            terminal.write_line(&short)?;
+            stdout::wrote(terminal.write_line(&short))?;
         }
         self.lines = lines.len();
         Ok(())

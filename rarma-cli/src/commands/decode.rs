@@ -59,14 +59,16 @@ pub(super) fn main(args: &DecodeArgs) -> Result<u8, Failure> {
     if let Some(notice) = raw.notice() {
         eprintln!("{}: {notice}", args.input);
     }
-    if let Some(losses) = reader.losses() {
-        eprintln!("{}: {losses}", args.input);
-    }
+    let losses = reader.losses();
     if reader.whole == 0 {
+        let losses = losses.map_or(String::new(), |losses| format!(": {losses}"));
         return Err(Failure::Input(format!(
-            "{}: end of input: no whole frame in it (is it a record of a box, and the baud rate right?)",
+            "{}: end of input: no whole frame in it{losses} (is it a record of a box, and the baud rate right?)",
             args.input
         )));
+    }
+    if let Some(losses) = losses {
+        eprintln!("{}: {losses}", args.input);
     }
     wavs.map_or(Ok(()), |wavs| wavs.keep(raw.now()))?;
     Ok(0)

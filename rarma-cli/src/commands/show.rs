@@ -50,11 +50,9 @@ pub fn alarm(news: &News<'_>, bar: &ProgressBar) {
 }
 
 /// Lines and summary as JSON, one object a line.
-///
-/// # Errors
-/// Standard output cannot be written.
-pub fn json_lines(run: &Run) -> Result<(), Failure> {
-    stdout::wrote(write_json(run, io::BufWriter::new(stdout::Stdout)))
+fn json_lines(run: &Run) {
+    // What could not be written is told when the command ends.
+    let _ = write_json(run, io::BufWriter::new(stdout::Stdout));
 }
 
 fn write_json(run: &Run, mut out: impl Write) -> io::Result<()> {
@@ -188,7 +186,7 @@ pub fn finish(
         for notice in &run.summary.notices {
             eprintln!("{}", notice_words(notice));
         }
-        json_lines(run)?;
+        json_lines(run);
     } else {
         verdict(&run.summary);
         pair::words(run.summary.channels.as_deref().unwrap_or_default());

@@ -57,7 +57,8 @@ pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
 /// The emulator is missing, or the image failed or was cut short.
 pub fn on_chip(elf: &Path, job: &MonitorJob, recording: &Recording) -> Result<Run, Failure> {
     qemu::ensure_installed().map_err(|why| Failure::System(why.to_string()))?;
-    let folder = tempfile::tempdir()?;
+    let folder = tempfile::tempdir()
+        .map_err(|why| output::failed(std::env::temp_dir(), "make a folder in it", &why))?;
     let at = |name: &str| folder.path().join(name);
     let mut bytes = [0u8; 256];
     let bytes = postcard::to_slice(job, &mut bytes)

@@ -13,7 +13,8 @@
 //! `dir`: `ccw`, `cw`, or `static` (standing); `way`: `up` or `down`, `up` where the column is
 //! left out. F is the force in the plane, Δr the length change in it; the two columns
 //! may come in other units (`dr_mm`, `dr_m`, `p_pa`, `F_kN`). Angles of a run rise (ccw) or fall
-//! (cw) and may pass 360°.
+//! (cw) and may pass 360°. A column `set_bar` (`set_pa`), the pressure that was asked for, says
+//! which runs were made at one step of the load; without it nearness of their forces does.
 
 use super::table::{Dialect, hole, not_a_number};
 use super::{InputError, Problem, whole};
@@ -100,6 +101,9 @@ fn same(a: &Conditions, b: &Conditions) -> Result<(), InputError> {
     }
 }
 
+/// Units of pressure in the names of columns, Pa.
+const PRESSURE: [(&str, f64); 3] = [("bar", 1e5), ("Pa", 1.0), ("pa", 1.0)];
+
 /// Columns, and how many SI units one of theirs is.
 struct Columns {
     angle: usize,
@@ -108,6 +112,7 @@ struct Columns {
     way: Option<usize>,
     run: usize,
     pressure: (usize, f64),
+    set: Option<(usize, f64)>,
     force: (usize, f64),
 }
 
@@ -157,7 +162,12 @@ fn columns(number: usize, names: &[&str]) -> Result<Columns, InputError> {
         dir: needed("dir")?,
         way: at("way"),
         run: needed("run")?,
-        pressure: unit("p", &[("bar", 1e5), ("Pa", 1.0), ("pa", 1.0)])?,
+        pressure: unit("p", &PRESSURE)?,
+        set: if names.iter().any(|n| n.starts_with("set_")) {
+            Some(unit("set", &PRESSURE)?)
+        } else {
+            None
+        },
         force: unit("F", &[("N", 1.0), ("kN", 1e3)])?,
     })
 }
@@ -295,6 +305,10 @@ impl Reader {
         let run = run as u32;
         let pressure_pa = c.pressure.1 * value(c.pressure.0)?;
         let force_n = c.force.1 * value(c.force.0)?;
+        let set_pa = match c.set {
+            Some((column, factor)) => Some(factor * value(column)?),
+            None => None,
+        };
         if dir == 2 {
             self.readings.push(Static {
                 angle_rad,
@@ -308,12 +322,19 @@ impl Reader {
         let sense = [Sense::Ccw, Sense::Cw][dir];
         match self.runs.last_mut() {
             Some((last, n)) if last.number == run => {
-                if last.sense != sense || last.rising != rising {
+                let changed = if last.sense != sense || last.rising != rising {
+                    Some("direction")
+                } else if last.set_pa != set_pa {
+                    Some("set pressure")
+                } else {
+                    None
+                };
+                if let Some(what) = changed {
                     return Err(InputError::new(
                         Problem::Header,
                         format!("line {number}"),
-                        format!("run {run} changes its direction"),
-                        "give every direction a number of its own",
+                        format!("run {run} changes its {what}"),
+                        format!("give every {what} a number of its own"),
                     ));
                 }
                 let before = last.points.last().map_or(angle_rad, |p| p.0);
@@ -329,6 +350,7 @@ impl Reader {
                     number: run,
                     sense,
                     rising,
+                    set_pa,
                     pressure_pa,
                     force_n,
                     points: vec![(angle_rad, dr_m)],

@@ -1,6 +1,6 @@
 //! A test to its findings.
 
-use super::runs::{RunData, Static};
+use super::runs::{RunData, Static, steps};
 use super::steady::steadied;
 use super::stiffness::{AllRound, Cycle, all_round, moving_cycles, static_cycles, trace};
 use rarma_core::ldbb::{
@@ -123,11 +123,12 @@ pub fn evaluate(
 ) -> Result<Findings, LdbbError> {
     let steady = steadied(runs, options)?;
     let runs = steady.as_deref().unwrap_or(runs);
-    let mut errors = Vec::new();
-    for group in groups(runs) {
-        errors.push(at_force(&group, options)?);
-    }
-    let forces = groups(runs).len();
+    let rising = steps(runs.iter().filter(|r| r.rising));
+    let errors = rising
+        .iter()
+        .map(|step| at_force(step, options))
+        .collect::<Result<Vec<_>, _>>()?;
+    let forces = rising.len();
     // More than one run a sense, all at one force.
     if forces == 1 && runs.iter().filter(|r| r.rising).count() > 2 {
         return Err(LdbbError::EqualForces);
@@ -146,18 +147,6 @@ pub fn evaluate(
             static_cycles(readings, options.bar_m_per_n)?
         },
     })
-}
-
-/// Runs of one force on the way up.
-fn groups(runs: &[RunData]) -> Vec<Vec<&RunData>> {
-    let mut out: Vec<Vec<&RunData>> = Vec::new();
-    for run in runs.iter().filter(|r| r.rising) {
-        match out.last_mut() {
-            Some(last) if last[0].is_level_with(run) => last.push(run),
-            _ => out.push(vec![run]),
-        }
-    }
-    out
 }
 
 /// The fit of some runs together.

@@ -7,4 +7,4 @@ pub mod steady;
 pub mod stiffness;
 
 pub use evaluate::{Findings, Options, evaluate};
-pub use runs::{Conditions, RunData, Static, from_recorded};
+pub use runs::{Conditions, RunData, Static, from_recorded, without_its_other};

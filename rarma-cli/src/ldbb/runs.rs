@@ -3,8 +3,11 @@
 use hal_sim::plant::ldbb::drive::Recorded;
 use rarma_core::ldbb::{AngleMap, ForceLaw, Held, Sense};
 
-/// Runs whose forces are nearer than this are at one step, N.
+/// Runs of a table without set pressures whose forces are nearer than this are at one step, N.
 const SAME_N: f64 = 10.0;
+
+/// Set pressures nearer than this are the same, Pa: the digits of a table.
+const SAME_SET_PA: f64 = 1.0;
 
 /// Under which conditions a test was made; the same for all its runs.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,6 +44,8 @@ pub struct RunData {
     pub sense: Sense,
     /// On the way up, or down.
     pub rising: bool,
+    /// Pressure that was asked for at this step, Pa; none where a table does not tell it.
+    pub set_pa: Option<f64>,
     /// Mean pressure, Pa.
     pub pressure_pa: f64,
     /// Force in the plane, N: mean of the run.
@@ -63,12 +68,44 @@ impl RunData {
         1.5 * (mean(&self.forces_n[self.forces_n.len() - third..]) - mean(&self.forces_n[..third]))
     }
 
-    /// Whether both were made at one step of the load: they are as near as a regulator sets
-    /// them, or as the way of a force that goes on from run to run.
-    pub fn is_level_with(&self, other: &Self) -> bool {
+    /// Whether both were made at one step of the load: on one way, at one set pressure. Where
+    /// that is not told, as near as a regulator sets them, or as the way of a force that goes
+    /// on from run to run.
+    fn is_level_with(&self, other: &Self) -> bool {
+        if self.rising != other.rising {
+            return false;
+        }
+        if let (Some(a), Some(b)) = (self.set_pa, other.set_pa) {
+            return (a - b).abs() < SAME_SET_PA;
+        }
         let way = 0.5 * (self.creep_n().abs() + other.creep_n().abs());
         (self.force_n - other.force_n).abs() < SAME_N + 1.5 * way
     }
+}
+
+/// Runs by steps of the load: those of a step together, in the order they were made; the steps
+/// in the order of their first runs.
+pub fn steps<'a>(runs: impl IntoIterator<Item = &'a RunData>) -> Vec<Vec<&'a RunData>> {
+    let mut out: Vec<Vec<&RunData>> = Vec::new();
+    for run in runs {
+        // The last run of a step is the nearest to one that goes on from it.
+        let level = |step: &&mut Vec<&RunData>| step.last().is_some_and(|r| r.is_level_with(run));
+        match out.iter_mut().rev().find(level) {
+            Some(step) => step.push(run),
+            None => out.push(vec![run]),
+        }
+    }
+    out
+}
+
+/// Either every step was run both ways, or none was; else the run that stands alone.
+pub fn without_its_other(runs: &[RunData]) -> Option<&RunData> {
+    let both = [Sense::Ccw, Sense::Cw];
+    if !both.iter().all(|s| runs.iter().any(|r| r.sense == *s)) {
+        return None;
+    }
+    let lone = |step: &Vec<&RunData>| !both.iter().all(|s| step.iter().any(|r| r.sense == *s));
+    steps(runs).into_iter().find(lone).map(|step| step[0])
 }
 
 /// One reading of the static test.
@@ -132,6 +169,7 @@ pub fn from_recorded(
         number: u32::from(done.run.number),
         sense: done.run.sense,
         rising: done.run.rising,
+        set_pa: Some(f64::from(done.run.pressure_pa)),
         pressure_pa,
         force_n: law.force_n(pressure_pa) * cos,
         points,

@@ -1,7 +1,7 @@
 //! Runs whose force goes on while the machine moves, brought to one force a step.
 
 use super::evaluate::Options;
-use super::runs::RunData;
+use super::runs::{RunData, steps};
 use super::stiffness::rising_map;
 use rarma_core::ldbb::{Harmonics, LdbbError};
 
@@ -25,13 +25,7 @@ pub fn steadied(runs: &[RunData], options: &Options) -> Result<Option<Vec<RunDat
     if runs.iter().all(|r| r.creep_n().abs() < STAYS_N) {
         return Ok(None);
     }
-    let mut steps: Vec<Vec<&RunData>> = Vec::new();
-    for run in runs {
-        match steps.last_mut() {
-            Some(step) if step.last().is_some_and(|r| one_step(r, run)) => step.push(run),
-            _ => steps.push(vec![run]),
-        }
-    }
+    let steps = steps(runs);
     if steps.iter().filter(|s| s[0].rising).count() < 3 {
         return Ok(None);
     }
@@ -57,8 +51,4 @@ pub fn steadied(runs: &[RunData], options: &Options) -> Result<Option<Vec<RunDat
         }
     }
     Ok(Some(out))
-}
-
-fn one_step(a: &RunData, b: &RunData) -> bool {
-    a.rising == b.rising && a.is_level_with(b)
 }

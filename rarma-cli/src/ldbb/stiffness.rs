@@ -1,7 +1,7 @@
 //! Stiffness all round: raw, smoothed, with its extremes; from standing axes too.
 
 use super::evaluate::Options;
-use super::runs::{RunData, Static};
+use super::runs::{RunData, Static, steps};
 use rarma_core::ldbb::{Harmonics, LdbbError, LoadCycle, StiffnessMap, Trace};
 use serde::Serialize;
 
@@ -72,8 +72,7 @@ pub fn rising_map(runs: &[RunData]) -> Result<Box<StiffnessMap<f64, BINS>>, Ldbb
     let mut map = Box::new(StiffnessMap::<f64, BINS>::default());
     // The senses of one force together: their difference (backlash, servo) is no
     // scatter about the line.
-    let rising: Vec<&RunData> = runs.iter().filter(|r| r.rising).collect();
-    for level in levels(&rising) {
+    for level in levels(runs.iter().filter(|r| r.rising)) {
         let mut mean = Trace::default();
         for bin in 0..BINS {
             if let Some((_, dr)) = level.at(bin) {
@@ -185,7 +184,7 @@ pub fn moving_cycles(runs: &[RunData]) -> Result<Option<Vec<Cycle>>, LdbbError> 
     if down.len() < 2 {
         return Ok(None);
     }
-    let (up, down) = (levels(&up), levels(&down));
+    let (up, down) = (levels(up), levels(down));
     let mut out = Vec::new();
     for bin in 0..BINS {
         let of = |levels: &[Level]| -> Vec<(f64, f64)> {
@@ -229,26 +228,12 @@ impl Level {
     }
 }
 
-fn levels(runs: &[&RunData]) -> Vec<Level> {
-    let mut out: Vec<(Level, &RunData)> = Vec::new();
-    for run in runs {
-        match out.last_mut() {
-            Some((level, last)) if last.is_level_with(run) => {
-                level.traces.push(trace(run));
-                let n = level.traces.len() as f64;
-                level.force_n += (run.force_n - level.force_n) / n;
-                *last = run;
-            }
-            _ => out.push((
-                Level {
-                    force_n: run.force_n,
-                    traces: vec![trace(run)],
-                },
-                run,
-            )),
-        }
-    }
-    out.into_iter().map(|(level, _)| level).collect()
+fn levels<'a>(runs: impl IntoIterator<Item = &'a RunData>) -> Vec<Level> {
+    let level = |step: Vec<&RunData>| Level {
+        force_n: step.iter().map(|r| r.force_n).sum::<f64>() / step.len() as f64,
+        traces: step.into_iter().map(trace).collect(),
+    };
+    steps(runs).into_iter().map(level).collect()
 }
 
 /// Load cycles of the static test, direction by direction in the order they come.

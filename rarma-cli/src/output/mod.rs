@@ -21,6 +21,7 @@ pub use record::RecordFile;
 pub use wav::{WavFile, most_samples};
 
 use crate::failure::Failure;
+use crate::input::system_words;
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -38,24 +39,16 @@ pub fn failed(file: impl AsRef<Path>, step: &str, why: &io::Error) -> Failure {
     use io::ErrorKind as Kind;
     let file = file.as_ref().display();
     let other = "write to another place";
-    let known = match why.kind() {
-        Kind::StorageFull => Some(("the disk is full", "make room, or write to another disk")),
-        Kind::QuotaExceeded => Some(("the quota is used up", "make room, or ask for more")),
-        Kind::FileTooLarge => Some(("a file may not become so large here", other)),
-        Kind::ReadOnlyFilesystem => Some(("the disk can only be read", other)),
-        Kind::PermissionDenied => Some(("permission denied", other)),
-        Kind::NotFound => Some(("no such folder", "make it first, or check the spelling")),
-        Kind::IsADirectory => Some(("is a folder", "name a file in it")),
-        Kind::NotADirectory | Kind::AlreadyExists => {
-            Some(("a file is where a folder should be", other))
-        }
-        _ => None,
+    let words = system_words(why);
+    let (what, remedy) = match why.kind() {
+        Kind::StorageFull => ("the disk is full", "make room, or write to another disk"),
+        Kind::QuotaExceeded => ("the quota is used up", "make room, or ask for more"),
+        Kind::FileTooLarge => ("a file may not become so large here", other),
+        Kind::ReadOnlyFilesystem => ("the disk can only be read", other),
+        Kind::NotFound => ("no such folder", "make it first, or check the spelling"),
+        Kind::IsADirectory => ("is a folder", "name a file in it"),
+        Kind::NotADirectory | Kind::AlreadyExists => ("a file is where a folder should be", other),
+        _ => (words.as_str(), other),
     };
-    match known {
-        Some((what, remedy)) => Failure::System(format!("{file}: {step}: {what} ({remedy})")),
-        None => Failure::System(format!(
-            "{file}: {step}: {}",
-            why.to_string().to_lowercase()
-        )),
-    }
+    Failure::System(format!("{file}: {step}: {what} ({remedy})"))
 }

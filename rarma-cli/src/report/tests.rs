@@ -273,7 +273,7 @@ fn the_file_is_written_where_asked() {
     let path = write(&dir.path().join("a/b"), &job(&run, &samples)).unwrap();
     assert!(path.ends_with("a/b/index.html"));
     assert!(
-        fs::read_to_string(path)
+        std::fs::read_to_string(path)
             .unwrap()
             .starts_with("<!doctype html>")
     );

@@ -87,7 +87,7 @@ fn listening(file: &str, cut: Loaded) -> Result<AtWork, Failure> {
             scenario.microphone.sample_rate_hz
         )));
     }
-    let truth = scenario.truth().map_err(|why| file::whole(file, why))?;
+    let spindle_hz = scenario.process.spindle_hz();
     let set = |name: &str, value| match speech::setting(name) {
         Ok(setting) => Command::Set {
             setting: setting.number,
@@ -107,10 +107,7 @@ fn listening(file: &str, cut: Loaded) -> Result<AtWork, Failure> {
         ),
         (
             0.0,
-            set(
-                "monitor.spindle",
-                SettingValue::Real(truth.spindle_hz as f32),
-            ),
+            set("monitor.spindle", SettingValue::Real(spindle_hz as f32)),
         ),
         (0.001, Command::Start(rarma_core::guard::Mode::Monitor)),
     ];
@@ -119,7 +116,7 @@ fn listening(file: &str, cut: Loaded) -> Result<AtWork, Failure> {
         about: cut.about.clone(),
         duration_s: scenario.duration_s,
         seed: scenario.microphone.seed,
-        spindle_hz: truth.spindle_hz,
+        spindle_hz,
         noise: Noise::default(),
         frame_loss: 0.0,
         faults: Vec::new(),

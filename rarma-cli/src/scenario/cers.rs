@@ -5,7 +5,7 @@
 use super::cers_parts::{Known, excitation, magnets, spindle};
 use super::file;
 use super::reader::{Allowed, Refusal, Section};
-use crate::cers::{Drive, needed_volts};
+use crate::cers::{Commands, Drive, needed_volts};
 use crate::failure::Failure;
 use hal_sim::plant::cers::ExciterConfig;
 use serde_json::{Value, json};
@@ -189,7 +189,9 @@ fn within_limits(
             ),
         ));
     }
-    let peak = drive.peak_a();
+    // Made once: with gaps for the spindle's orders that takes a tenth of a second.
+    let commands = Commands::new(drive, 1);
+    let peak = commands.peak_a();
     if peak > bias {
         return Err(root.refuse(
             "bias_a",
@@ -210,7 +212,7 @@ fn within_limits(
             ),
         ));
     }
-    let volts = needed_volts(drive, bias, known.inductance_h, known.resistance_ohm);
+    let volts = needed_volts(&commands, bias, known.inductance_h, known.resistance_ohm);
     if volts > has {
         return Err(root.refuse(
             "excitation",

@@ -26,7 +26,7 @@ pub(super) fn text(
     input::text(Path::new(name), MOST_BYTES)
         .map(Cow::Owned)
         .map_err(|mut why| {
-            if why.problem == input::Problem::NotFound {
+            if why.problem == input::Problem::NotFound && !shipped.is_empty() {
                 let names: Vec<&str> = shipped.iter().map(|(n, _)| *n).collect();
                 why.remedy = format!("name a TOML file, or one of {}", names.join(", "));
             }

@@ -20,16 +20,18 @@ pub(super) fn quantity(kind: KindArg) -> Quantity {
     }
 }
 
-pub(super) fn files(
+fn nothing(what: &str) -> Failure {
+    Failure::Usage(format!(
+        "{what}: a record of a changing speed has no responses (see its tracks in the JSON)"
+    ))
+}
+
+/// The responses, as soon as they are there: whatever becomes of the modes.
+pub(super) fn responses(
     args: &ReadingArgs,
-    answer: &Answer,
+    name: &str,
     responses: &[Response],
 ) -> Result<(), Failure> {
-    let nothing = |what: &str| {
-        Failure::Usage(format!(
-            "{what}: a record of a changing speed has no responses (see its tracks in the JSON)"
-        ))
-    };
     if let Some(path) = &args.csv {
         if responses.is_empty() {
             return Err(nothing("--csv"));
@@ -40,8 +42,13 @@ pub(super) fn files(
         if responses.is_empty() {
             return Err(nothing("--uff"));
         }
-        output::write(path, universal(&answer.name, responses))?;
+        output::write(path, universal(name, responses))?;
     }
+    Ok(())
+}
+
+/// The modes of each axis.
+pub(super) fn structure(args: &ReadingArgs, answer: &Answer) -> Result<(), Failure> {
     if let Some(dir) = &args.structure {
         let Some(found) = &answer.modes else {
             return Err(nothing("--structure"));

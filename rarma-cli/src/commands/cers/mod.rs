@@ -83,6 +83,13 @@ fn run(args: &CersRunArgs) -> Result<u8, Failure> {
         &args.show,
         file,
     )
+    .map_err(|why| match &args.out {
+        Some(dir) => why.kept(format!(
+            "the record is kept: rarma cers analyse {}",
+            dir.display()
+        )),
+        None => why.kept("the record is lost: --out DIR keeps it"),
+    })
 }
 
 fn analysed(
@@ -118,6 +125,7 @@ fn analysed(
             ));
         }
     }
+    export::responses(reading, &record.setup.name, &responses)?;
     let found = if sweeps {
         None
     } else {
@@ -141,7 +149,7 @@ fn analysed(
         modes: found,
         sweep: tracks,
     };
-    export::files(reading, &answer, &responses)?;
+    export::structure(reading, &answer)?;
     notices(&answer.notes);
     let body = if show.report.is_some() {
         pictures::page(&answer, record, &clean, &responses, reading.quantity)

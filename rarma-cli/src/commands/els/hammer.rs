@@ -86,6 +86,23 @@ pub(super) fn main(args: &ElsHammerArgs) -> Result<u8, Failure> {
         sensor: args.sensor,
     };
     let (f, g) = blow.receptance(args.band).map_err(refused)?;
+    let plane: Vec<Receptance<f64>> = g
+        .iter()
+        .map(|&g| Receptance {
+            resp_v_exc_v: if args.round { g } else { Complex::ZERO },
+            ..Receptance::along_u(g)
+        })
+        .collect();
+    // What was measured is written before anything is made of it.
+    if let Some(path) = &args.uff {
+        let plane = Plane {
+            f_hz: f.clone(),
+            g: plane.clone(),
+            measured: vec![Role::Uu],
+            notices: Vec::new(),
+        };
+        output::write(path, write_uff(&plane, &heading))?;
+    }
     let rational = modes_in_frequency(&f, &g).map_err(refused)?;
     let arx = blow.modes_in_time(args.band).map_err(refused)?;
     let stiffness = match args.static_band {
@@ -103,24 +120,8 @@ pub(super) fn main(args: &ElsHammerArgs) -> Result<u8, Failure> {
     }];
     notes.extend(force.notices.iter().chain(&response.notices).cloned());
     notices(&notes);
-    let plane: Vec<Receptance<f64>> = g
-        .iter()
-        .map(|&g| Receptance {
-            resp_v_exc_v: if args.round { g } else { Complex::ZERO },
-            ..Receptance::along_u(g)
-        })
-        .collect();
     let limits = diagram(&f, &plane, &args.cut.cut(), false, None)
         .map_err(|why| refused(why.to_string()))?;
-    if let Some(path) = &args.uff {
-        let plane = Plane {
-            f_hz: f.clone(),
-            g: plane,
-            measured: vec![Role::Uu],
-            notices: Vec::new(),
-        };
-        output::write(path, write_uff(&plane, &heading))?;
-    }
     let answer = Answer {
         fs: force.fs,
         lines: f.len(),

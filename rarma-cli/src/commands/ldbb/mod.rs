@@ -12,7 +12,7 @@ use super::els::{notices, out};
 use crate::args::{KnownArgs, LdbbCommand, OutArgs};
 use crate::failure::Failure;
 use crate::input::Circles;
-use crate::ldbb::{Findings, Options, evaluate};
+use crate::ldbb::{Findings, Options, evaluate, without_its_other};
 use crate::output;
 use serde::Serialize;
 use std::path::Path;
@@ -111,20 +111,9 @@ fn answer(circles: &Circles, known: &KnownArgs, file: &str) -> Result<Answer, Fa
     })
 }
 
-/// Either every force was run both ways, or none was.
+/// Either every step was run both ways, or none was.
 fn complete(circles: &Circles) -> Result<(), String> {
-    use rarma_core::ldbb::Sense;
-    let runs = &circles.runs;
-    let has = |sense| runs.iter().any(|r| r.sense == sense);
-    if !(has(Sense::Ccw) && has(Sense::Cw)) {
-        return Ok(());
-    }
-    let lone = runs.iter().find(|a| {
-        !runs.iter().any(|b| {
-            b.sense != a.sense && b.rising == a.rising && (a.force_n - b.force_n).abs() < 10.0
-        })
-    });
-    match lone {
+    match without_its_other(&circles.runs) {
         None => Ok(()),
         Some(r) => Err(format!(
             "a missing direction: run {} at {:.0} N is {} and has no {} beside it (measure it, or leave the run out)",
@@ -192,11 +181,8 @@ fn words(answer: &Answer, circles: &Circles) {
     }
 }
 
+/// Writes the findings as `rarma ldbb compare` reads them.
 fn save(path: &Path, answer: &Answer) -> Result<(), Failure> {
-    output::write(path, text(answer)?)
-}
-
-/// The findings as `rarma ldbb compare` reads them.
-fn text(answer: &Answer) -> Result<String, Failure> {
-    Ok(serde_json::to_string(answer).map_err(std::io::Error::from)?)
+    let text = serde_json::to_string(answer).map_err(std::io::Error::from)?;
+    output::write(path, text)
 }
