@@ -51,6 +51,7 @@ fn identify_says_every_field_at_every_kind_of_order() {
                 [
                     "a",
                     "aic",
+                    "band",
                     "bic",
                     "c",
                     "fpe",
@@ -74,6 +75,7 @@ fn identify_says_every_field_at_every_kind_of_order() {
                 (number(model, "fs"), number(model, "n")),
                 (5000.0, 10_000.0)
             );
+            assert!(model["band"].is_null());
             assert!((number(model, "mean") - 7.0).abs() < 0.2);
             assert!(number(model, "sigma2") > 0.0 && number(model, "fpe") > 0.0);
             assert!(number(model, "bic") >= number(model, "aic"));

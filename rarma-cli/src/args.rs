@@ -1,5 +1,6 @@
 //! The command line.
 
+mod band;
 mod cers;
 mod els;
 mod files;
@@ -8,6 +9,7 @@ mod psd;
 mod sensor_box;
 mod virtual_machine;
 
+pub use band::{BandArgs, BandChoice, FULL_UP_TO_HZ};
 pub use cers::{CersAnalyseArgs, CersCommand, CersRunArgs, KindArg, ReadingArgs};
 pub use els::{
     CutArgs, ElsCommand, ElsFitArgs, ElsHammerArgs, ElsLimitArgs, ElsModelArgs, OutArgs,
@@ -169,6 +171,9 @@ pub struct IdentifyArgs {
     /// Estimator.
     #[arg(long, value_enum, default_value_t = Method::Pem)]
     pub method: Method,
+    /// Where it looks.
+    #[command(flatten)]
+    pub band: BandArgs,
     /// What is removed before the fit.
     #[arg(long, value_enum, default_value_t = Detrend::Mean)]
     pub detrend: Detrend,
@@ -193,6 +198,9 @@ pub struct OrderArgs {
     #[arg(long, value_name = "P", default_value_t = 10,
           value_parser = |text: &str| text.parse::<usize>().ok().filter(|p| (1..=30).contains(p)).ok_or("must lie between 1 and 30"))]
     pub max: usize,
+    /// Where it looks.
+    #[command(flatten)]
+    pub band: BandArgs,
     /// What chooses.
     #[arg(long, value_enum, default_value_t = Criterion::Bic)]
     pub criterion: Criterion,

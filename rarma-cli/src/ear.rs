@@ -1,11 +1,12 @@
 //! A virtual cut as the box's estimators get it: played, band-limited, decimated.
 
+use crate::banded;
 use crate::failure::Failure;
 use crate::scenario::Loaded;
 use hal_sim::plant::cut::{Process, Scenario, VirtualCut};
 use hal_sim::plant::delay::Root;
 use hal_sim::plant::process::Schedule;
-use rarma_core::condition::{Band, BandFilter};
+use rarma_core::condition::Band;
 
 /// Of a cut from standstill, left out of every estimate, s.
 pub const SETTLE_S: f64 = 0.5;
@@ -58,15 +59,13 @@ pub fn hear(scenario: &Scenario, band: Band, forced: Forced) -> Result<Heard, Fa
             *x -= f64::from(r.value);
         }
     }
-    let mut filter = BandFilter::new(band, fs).map_err(|why| refused(format!("box: {why}")))?;
-    let band_fs = fs / filter.factor() as f64;
-    let inside: Vec<f64> = samples.iter().filter_map(|x| filter.process(*x)).collect();
-    let from = ((SETTLE_S * band_fs) as usize).min(inside.len());
+    let part = banded::through(&samples, fs, band).map_err(|why| refused(format!("box: {why}")))?;
+    let from = ((SETTLE_S * part.fs) as usize).min(part.samples.len());
     Ok(Heard {
         fs,
         samples,
-        band_fs,
-        band: inside[from..].to_vec(),
+        band_fs: part.fs,
+        band: part.samples[from..].to_vec(),
     })
 }
 

@@ -22,6 +22,7 @@ macro_rules! eprintln {
 }
 
 pub mod args;
+pub mod banded;
 pub mod cers;
 pub mod collect;
 pub mod commands;

@@ -1,6 +1,6 @@
 //! Options of `psd`, and criteria of `order`.
 
-use super::{InputArgs, any_order, positive};
+use super::{BandArgs, InputArgs, any_order, positive};
 use clap::{Args, ValueEnum};
 
 /// Options of `psd`.
@@ -15,6 +15,9 @@ pub struct PsdArgs {
     /// Orders of A and C for a model, 0 to 30 each.
     #[arg(long, value_name = "P,Q", value_parser = any_order)]
     pub order: Option<(usize, usize)>,
+    /// Where it looks.
+    #[command(flatten)]
+    pub band: BandArgs,
     /// At this one frequency in Hz instead of on a grid.
     #[arg(long, value_name = "HZ", value_parser = positive)]
     pub at: Option<f64>,

@@ -7,7 +7,8 @@
 
 use super::record::CersRecord;
 use super::response::Cleaned;
-use rarma_core::condition::{Band, BandFilter};
+use crate::banded;
+use rarma_core::condition::Band;
 use rarma_core::estimate::batch::{ArxOrder, arx_instruments};
 use rarma_core::estimate::{Arma65, RarmaConfig, Status};
 use rarma_core::spectrum::{FactorTracker, Quadratic, Roots, deviation, modal};
@@ -140,9 +141,8 @@ fn through(x: &[f64], fs: f64, (low, high): (f64, f64)) -> Result<(Vec<f64>, f64
         low_hz: low,
         high_hz: high,
     };
-    let mut filter = BandFilter::new(band, fs).map_err(|why| format!("track: {why}"))?;
-    let out = x.iter().filter_map(|x| filter.process(*x)).collect();
-    Ok((out, fs / filter.factor() as f64, filter.delay_s()))
+    let part = banded::through(x, fs, band).map_err(|why| format!("track: {why}"))?;
+    Ok((part.samples, part.fs, part.delay_s))
 }
 
 /// RARMA(6,5) on the acceleration.

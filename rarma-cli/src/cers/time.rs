@@ -3,7 +3,8 @@
 use super::modes::Read;
 use super::record::CersRecord;
 use super::response::Cleaned;
-use rarma_core::condition::{Band, BandFilter};
+use crate::banded;
+use rarma_core::condition::Band;
 use rarma_core::els::{Reading, agreed};
 use rarma_core::estimate::batch::{ArxOrder, Pem, PemConfig, arx_instruments};
 use rarma_core::spectrum::{FactorTracker, Roots, modal};
@@ -39,12 +40,10 @@ fn conditioned(x: &[f64], fs: f64, (low, high): (f64, f64)) -> Result<(Vec<f64>,
         low_hz: 0.4 * low,
         high_hz: high,
     };
-    let mut filter = BandFilter::new(band, fs).map_err(|why| format!("{why}"))?;
-    let out: Vec<f64> = x.iter().filter_map(|x| filter.process(*x)).collect();
-    let rate = fs / filter.factor() as f64;
+    let part = banded::through(x, fs, band).map_err(|why| why.to_string())?;
     // The filters' own beginning.
-    let skip = (0.02 * rate) as usize;
-    Ok((out[skip.min(out.len())..].to_vec(), rate))
+    let skip = ((0.02 * part.fs) as usize).min(part.samples.len());
+    Ok((part.samples[skip..].to_vec(), part.fs))
 }
 
 /// A·x = B·F along a principal direction, by refined instruments at two orders.

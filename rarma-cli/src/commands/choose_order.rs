@@ -3,8 +3,9 @@
 //! Batch identification over candidates against the roots of the delay equation,
 //! then the recursive estimator with the choice.
 
+use super::band::detrended;
 use super::estimators::{self, IdentifiedMode, Memory};
-use super::identify::{detrended, residuals, with_stack};
+use super::identify::{residuals, with_stack};
 use super::{monitor, show};
 use crate::args::{ChooseOrderArgs, Detrend, Method};
 use crate::ear::{self, Forced, Heard};

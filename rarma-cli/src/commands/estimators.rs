@@ -13,6 +13,8 @@ use serde::Serialize;
 pub const MAX_ORDER: usize = 30;
 /// Parameters at most, and the largest p of an autoregressive method.
 pub const N: usize = 2 * MAX_ORDER;
+/// [`work`] that takes a minute or two.
+pub const MINUTES: f64 = 1.5e9;
 /// States of the exact likelihood at most.
 const R: usize = MAX_ORDER + 1;
 
@@ -64,6 +66,18 @@ pub struct IdentifiedMode {
     /// Amplitude (peak), input units; of tones only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub amplitude: Option<f64>,
+}
+
+/// What a fit costs, about: samples times squared parameters, as often as the method goes
+/// through them against `pem`.
+pub fn work(method: Method, samples: usize, (p, q): (usize, usize)) -> f64 {
+    let weight = match method {
+        Method::Pem => 1.0,
+        Method::Ml => 5.0,
+        Method::Tones => 20.0,
+        _ => 0.0,
+    };
+    weight * samples as f64 * ((p + q) as f64).powi(2)
 }
 
 /// Fits a series whose mean has been removed.
@@ -120,7 +134,7 @@ fn autoregressive(fit: ArFit<f64, N>) -> Model {
 
 /// A by instrumental variables, C from what A leaves.
 fn instruments(y: &[f64], (p, q): (usize, usize)) -> Result<Model, FitError> {
-    let lags = (4 * p).clamp(p, y.len() / 4);
+    let lags = (4 * p).min(y.len() / 4).max(p);
     let fit: ArFit<f64, N> = batch::instrumental_variables(y, p, q, lags)?;
     with_moving_average(y, fit.a(), q)
 }

@@ -1,10 +1,11 @@
 //! `rarma identify`: one model of a whole recording.
 
+use super::band::{self, Part};
 use super::estimators::{self, IdentifiedMode, Memory};
-use super::monitor::read;
-use crate::args::{Detrend, IdentifyArgs, Method};
+use super::show;
+use crate::args::{IdentifyArgs, Method};
 use crate::failure::Failure;
-use rarma_core::estimate::batch::{Criteria, Whiteness};
+use rarma_core::estimate::batch::{Criteria, FitError, Whiteness};
 use serde::Serialize;
 
 /// Lags of the whiteness test, beyond the parameters.
@@ -21,9 +22,11 @@ pub struct Identified {
     pub method: &'static str,
     /// `[p, q]`.
     pub order: [usize; 2],
-    /// Sampling rate, Hz.
+    /// Band that was looked at, `[LO, HI]`, Hz; null for all of the recording.
+    pub band: Option<[f64; 2]>,
+    /// Rate of the samples that were fitted, Hz.
     pub fs: f64,
-    /// Samples used.
+    /// How many they are.
     pub n: usize,
     /// a₁…a_p of A(q) = 1 + Σ aᵢ q⁻ⁱ.
     pub a: Vec<f64>,
@@ -31,9 +34,9 @@ pub struct Identified {
     pub c: Vec<f64>,
     /// Innovation variance: the method's own, or that of the residuals.
     pub sigma2: f64,
-    /// Mean that was removed.
+    /// Mean of the recording, where it was removed.
     pub mean: f64,
-    /// Modes sorted by frequency.
+    /// Modes in the band, sorted by frequency.
     pub modes: Vec<IdentifiedMode>,
     /// n·ln σ² + 2k.
     pub aic: f64,
@@ -72,10 +75,18 @@ pub(super) fn main(args: &IdentifyArgs) -> Result<u8, Failure> {
             "--method tones fits p/2 tones: --order must be 2k,2k or 2k,0, not {p},{q}"
         )));
     }
-    let recording = read(&args.input)?;
-    let file = recording.path.display().to_string();
-    let found = identify(&recording.samples, recording.fs, args)
-        .map_err(|why| Failure::whole(&file, why, "record longer, or choose a lower order"))?;
+    let part = Part::read(&args.input, args.band, args.detrend)?;
+    let work = estimators::work(args.method, part.samples.len(), args.order);
+    part.warn_of(work, &args.input.input);
+    let bar = show::waiting(format!(
+        "fitting {} samples by {}",
+        part.samples.len(),
+        args.method.name()
+    ));
+    let found = with_stack(|| fit_part(&part, args));
+    bar.finish_and_clear();
+    let file = args.input.input.display();
+    let found = found.map_err(|why| Failure::Input(format!("{file}: {why}")))?;
     if args.json {
         let text = serde_json::to_string(&found).map_err(std::io::Error::from)?;
         say!("{text}");
@@ -87,12 +98,15 @@ pub(super) fn main(args: &IdentifyArgs) -> Result<u8, Failure> {
 
 fn show(m: &Identified) {
     say!(
-        "ARMA({},{}) by {} over {} samples at {} Hz, innovation variance {:.6e}",
+        "ARMA({},{}) by {} over {} samples at {} Hz{}, innovation variance {:.6e}",
         m.order[0],
         m.order[1],
         m.method,
         m.n,
         m.fs,
+        m.band
+            .map(|[low, high]| format!(", band {low}:{high} Hz"))
+            .unwrap_or_default(),
         m.sigma2
     );
     for (name, values) in [("a", &m.a), ("c", &m.c)] {
@@ -100,12 +114,17 @@ fn show(m: &Identified) {
         say!("  {name} = [{}]", words.join(", "));
     }
     for mode in &m.modes {
+        // Where there is no deviation JSON says null.
+        let sd = |sd: f64, digits: usize| match sd.is_finite() {
+            true => format!("{sd:.digits$}"),
+            false => "?".to_owned(),
+        };
         say!(
-            "  {:10.2} Hz ± {:.2}   damping {:.3} % ± {:.3}",
+            "  {:10.2} Hz ± {}   damping {:.3} % ± {}",
             mode.f,
-            mode.f_sd,
+            sd(mode.f_sd, 2),
             100.0 * mode.zeta,
-            100.0 * mode.zeta_sd
+            sd(100.0 * mode.zeta_sd, 3)
         );
         if let Some(amplitude) = mode.amplitude {
             say!("             amplitude {amplitude:.4e}");
@@ -118,12 +137,14 @@ fn show(m: &Identified) {
     }
 }
 
-/// Fits a model of any order up to (30,30) to a series.
+/// Fits a model of any order up to (30,30) to a series as it is, without its trend;
+/// `args.band` does not count.
 ///
 /// # Errors
 /// What is wrong with the series, without its name.
 pub fn identify(series: &[f64], fs: f64, args: &IdentifyArgs) -> Result<Identified, String> {
-    with_stack(|| identify_here(series, fs, args))
+    let part = Part::whole(series, fs, args.detrend);
+    with_stack(|| fit_part(&part, args))
 }
 
 /// Runs a fit on a thread with room for the largest models.
@@ -140,10 +161,11 @@ pub(super) fn with_stack<V: Send>(
     })
 }
 
-fn identify_here(series: &[f64], fs: f64, args: &IdentifyArgs) -> Result<Identified, String> {
+fn fit_part(part: &Part, args: &IdentifyArgs) -> Result<Identified, String> {
     let (p, q) = args.order;
     let k = p + q;
-    let n = series.len();
+    let y = &part.samples;
+    let n = y.len();
     let needed = if args.method.is_autoregressive() && p > estimators::MAX_ORDER {
         k + k / 2 + 10
     } else {
@@ -154,12 +176,7 @@ fn identify_here(series: &[f64], fs: f64, args: &IdentifyArgs) -> Result<Identif
             "end of data: {n} samples are too few for order {p},{q}, which needs at least {needed} (record longer or choose a lower order)"
         ));
     }
-    let (mean, y) = detrended(series, args.detrend);
-    let variance = y.iter().map(|x| x * x).sum::<f64>() / n as f64;
-    let scale = series.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    if !(variance > (scale * 1e-12).powi(2)) {
-        return Err("whole file: nothing is left once the trend is removed: the series is constant (check the sensor)".to_owned());
-    }
+    let variance = part.variance()?;
     let memory = Memory {
         forgetting: args.forgetting,
         random_walk: args.random_walk,
@@ -167,11 +184,11 @@ fn identify_here(series: &[f64], fs: f64, args: &IdentifyArgs) -> Result<Identif
     let (a, c, own_sigma2, modes, own_residuals) = if k == 0 {
         (Vec::new(), Vec::new(), Some(variance), Vec::new(), None)
     } else {
-        let model = estimators::fit(args.method, &y, args.order, memory)
-            .map_err(|why| format!("whole file: {why}"))?;
-        let modes = model
-            .modes(fs)
-            .ok_or("whole file: the roots of A were not found")?;
+        let model = estimators::fit(args.method, y, args.order, memory)
+            .map_err(|why| format!("whole file: {why} {REMEDY}"))?;
+        let modes = part
+            .modes(&model)
+            .ok_or_else(|| format!("whole file: the roots of A were not found {REMEDY}"))?;
         let rest = model.own_residuals().map(<[f64]>::to_vec);
         (model.a, model.c, model.sigma2, modes, rest)
     };
@@ -181,7 +198,7 @@ fn identify_here(series: &[f64], fs: f64, args: &IdentifyArgs) -> Result<Identif
     } else {
         p.max(q).min(n / 4)
     };
-    let errors = own_residuals.unwrap_or_else(|| residuals(&y, &a, &c));
+    let errors = own_residuals.unwrap_or_else(|| residuals(y, &a, &c));
     let used = &errors[lacking..];
     // A tone has frequency, amplitude and phase, whatever order it is written as.
     let k = if args.method == Method::Tones {
@@ -190,51 +207,56 @@ fn identify_here(series: &[f64], fs: f64, args: &IdentifyArgs) -> Result<Identif
         k
     };
     let sigma2 = own_sigma2.unwrap_or(used.iter().map(|e| e * e).sum::<f64>() / used.len() as f64);
-    let criteria =
-        Criteria::of(sigma2, n, k).map_err(|why| format!("whole file: criteria: {why}"))?;
+    let criteria = criteria(sigma2, n, k).map_err(|why| format!("whole file: {why}"))?;
     let lags = k + WHITENESS_LAGS;
     let whiteness_p = (used.len() >= 4 * lags)
         .then(|| Whiteness::of::<MOST_LAGS>(used.iter().copied(), lags, k).ok())
         .flatten()
-        .map(|w| w.probability);
-    Ok(Identified {
+        .map(|w| w.probability)
+        .filter(|p| p.is_finite());
+    let found = Identified {
         method: args.method.name(),
         order: [p, q],
-        fs,
+        band: band::in_json(part.band),
+        fs: part.fs,
         n,
         a,
         c,
         sigma2,
-        mean,
+        mean: part.mean,
         modes,
         aic: criteria.aic,
         bic: criteria.bic,
         fpe: criteria.fpe,
         whiteness_p,
-    })
+    };
+    let numbers = [found.sigma2, found.aic, found.bic, found.fpe, found.mean];
+    let modes = found.modes.iter().flat_map(|m| [m.f, m.zeta]);
+    let coefficients = found.a.iter().chain(&found.c).copied();
+    if coefficients
+        .chain(numbers)
+        .chain(modes)
+        .any(|x| !x.is_finite())
+    {
+        return Err(format!("whole file: the model overflows {REMEDY}"));
+    }
+    Ok(found)
 }
 
-/// The mean, and the series without its trend.
-pub(super) fn detrended(series: &[f64], how: Detrend) -> (f64, Vec<f64>) {
-    let n = series.len() as f64;
-    let mean = series.iter().sum::<f64>() / n;
-    match how {
-        Detrend::None => (0.0, series.to_vec()),
-        Detrend::Mean => (mean, series.iter().map(|x| x - mean).collect()),
-        Detrend::Linear => {
-            let centre = (n - 1.0) / 2.0;
-            let (mut sxy, mut sxx) = (0.0, 0.0);
-            for (i, x) in series.iter().enumerate() {
-                let t = i as f64 - centre;
-                sxy += t * (x - mean);
-                sxx += t * t;
-            }
-            let slope = sxy / sxx;
-            let line = |i: usize| mean + slope * (i as f64 - centre);
-            let rest = series.iter().enumerate().map(|(i, x)| x - line(i));
-            (mean, rest.collect())
+/// What to do where a model cannot be fitted.
+pub(super) const REMEDY: &str = "(choose another --order or --method, or record longer)";
+
+/// The criteria, or why there are none.
+pub(super) fn criteria(sigma2: f64, n: usize, k: usize) -> Result<Criteria<f64>, String> {
+    Criteria::of(sigma2, n, k).map_err(|why| match why {
+        FitError::OutOfRange if sigma2 == 0.0 => {
+            "nothing is left over: each sample follows from those before it (choose a lower --order)".to_owned()
         }
-    }
+        FitError::OutOfRange => format!(
+            "what is left over grows without bound: C has a root outside the unit circle {REMEDY}"
+        ),
+        why => format!("{why} {REMEDY}"),
+    })
 }
 
 /// Residuals e = A/C·y of a fixed model, conditional on its start: the first p are 0.

@@ -1,5 +1,6 @@
 //! One file per command.
 
+mod band;
 mod cers;
 mod channel;
 mod choose_order;
@@ -28,9 +29,9 @@ pub use estimators::IdentifiedMode;
 pub use identify::{Identified, identify};
 pub use lobes::{LobePoint, Lobes, point as lobe_point};
 pub use monitor::{job, listen, listen_with_tacho};
-pub use order::{Candidate, CandidateMode, candidates};
+pub use order::{Candidate, CandidateMode};
 pub use pair::listen as listen_pair;
-pub use psd::{Density, density};
+pub use psd::Density;
 pub use target::on_chip;
 
 use crate::args::{Cli, Command};

@@ -1,6 +1,6 @@
 //! `rarma monitor`: a recording in, a verdict out, on the host.
 
-use super::{pair, process, show, tacho};
+use super::{band, pair, process, show, tacho};
 use crate::args::{InputArgs, MonitorArgs};
 use crate::collect::{Collector, News};
 use crate::failure::Failure;
@@ -9,7 +9,6 @@ use crate::raw_streams::Gap;
 use crate::record::Run;
 use firmware::monitor::MonitorDuty;
 use rarma_core::Order;
-use rarma_core::condition::BandError;
 use rarma_core::monitor::{LEAST_MEMORY, MonitorConfig, MonitorError};
 use rarma_core::wire::MonitorJob;
 
@@ -128,27 +127,12 @@ pub fn job(args: &MonitorArgs, recording: &Recording) -> Result<MonitorJob, Fail
     };
     let file = recording.path.display();
     monitor.check().map_err(|error| match error {
-        MonitorError::Band(BandError::Edges) => Failure::Usage(format!(
-            "--band: both edges must be above 0, the upper one at least 1.2 times the lower (is {}:{})",
-            monitor.band().low_hz,
-            monitor.band().high_hz
-        )),
-        MonitorError::Band(BandError::RateTooLow { highest_hz }) => Failure::Input(format!(
-            "{file}: header: {} Hz is too low a rate for a band up to {} Hz (choose --band with an upper edge of at most {highest_hz:.0} Hz, or record faster)",
-            recording.fs,
-            monitor.band().high_hz
-        )),
-        MonitorError::Band(BandError::TooWide { lowest_hz }) => Failure::Usage(format!(
-            "--band: the lower edge must be at least {lowest_hz} Hz for an upper edge of {} Hz",
-            monitor.band().high_hz
-        )),
-        MonitorError::Band(BandError::Rate) => Failure::Input(format!(
-            "{file}: header: the sampling rate is {} Hz (say the true one with --fs)",
-            recording.fs
-        )),
-        MonitorError::Spindle => Failure::Usage(
-            "--rpm: must lie between 0.06 and 300000 1/min".to_owned(),
-        ),
+        MonitorError::Band(why) => {
+            band::refused(why, monitor.band(), &recording.path, recording.fs)
+        }
+        MonitorError::Spindle => {
+            Failure::Usage("--rpm: must lie between 0.06 and 300000 1/min".to_owned())
+        }
         other => Failure::Usage(format!("setting out of range: {other:?}")),
     })?;
     let needed = LEAST_MEMORY * 2.0 / recording.fs.min(2.4 * monitor.band().high_hz);

@@ -1,15 +1,18 @@
 //! `rarma order`: candidate orders with their criteria, and the choice.
 
+use super::band::{self, Part};
 use super::estimators::{self, Memory};
 use super::identify::{self, with_stack};
-use super::monitor::read;
 use super::show;
 use crate::args::{Criterion, Detrend, Method, OrderArgs};
 use crate::failure::Failure;
-use rarma_core::estimate::batch::Criteria;
 use rarma_core::spectrum::{Modal, StabilisationConfig, Stability, stabilise};
+use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::json;
+
+/// What (1,0), the least of them, needs.
+const LEAST_SAMPLES: usize = 13;
 
 /// One mode of a candidate, against the candidate one order step below.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -55,31 +58,41 @@ impl Candidate {
 }
 
 pub(super) fn main(args: &OrderArgs) -> Result<u8, Failure> {
-    let recording = read(&args.input)?;
-    let file = recording.path.display().to_string();
-    let (_, y) = identify::detrended(&recording.samples, Detrend::Mean);
-    let candidates = candidates(&y, recording.fs, args.max);
-    let Some(choice) = candidates
+    let part = Part::read(&args.input, args.band, Detrend::Mean)?;
+    let file = args.input.input.display();
+    let refused = |why: String| Failure::Input(format!("{file}: {why}"));
+    let n = part.samples.len();
+    if n < LEAST_SAMPLES {
+        return Err(refused(format!(
+            "end of data: {n} samples are too few for any candidate (record longer)"
+        )));
+    }
+    part.variance().map_err(refused)?;
+    let work = |order| estimators::work(Method::Pem, n, order);
+    part.warn_of(orders(args.max).map(work).sum(), &args.input.input);
+    let candidates = candidates(&part, args.max)
+        .map_err(|why| refused(format!("whole file: no candidate could be fitted: {why}")))?;
+    let choice = candidates
         .iter()
         .min_by(|x, y| x.by(args.criterion).total_cmp(&y.by(args.criterion)))
-    else {
-        return Err(Failure::Input(format!(
-            "{file}: end of data: {} samples are too few for any candidate (record longer)",
-            y.len()
-        )));
-    };
+        .map(|c| c.order)
+        .unwrap_or_default();
     let name = args.criterion.name();
     if args.json {
         let report = json!({
+            "band": band::in_json(part.band),
+            "fs": part.fs,
+            "n": n,
             "criterion": name,
-            "choice": choice.order,
+            "choice": choice,
             "candidates": candidates,
         });
         say!("{report}");
     } else {
+        say!("{n} samples, {}", part.words());
         say!("    p  q        AIC         AICc         BIC          FPE   modes, Hz and damping");
         for c in &candidates {
-            let mark = if c.order == choice.order { "<" } else { " " };
+            let mark = if c.order == choice { "<" } else { " " };
             let modes: Vec<String> = c.modes.iter().map(word).collect();
             say!(
                 "   {:2} {:2} {:12.2} {:12.2} {:12.2} {:12.5e} {mark} {}",
@@ -93,11 +106,7 @@ pub(super) fn main(args: &OrderArgs) -> Result<u8, Failure> {
             );
         }
         say!("  ** stable: within 1 % in f and 5 % in damping of a mode at p-1, q-1; * in f alone");
-        say!(
-            "Choice by {name}: order {},{}.",
-            choice.order[0],
-            choice.order[1]
-        );
+        say!("Choice by {name}: order {},{}.", choice[0], choice[1]);
     }
     Ok(0)
 }
@@ -111,45 +120,82 @@ fn word(mode: &CandidateMode) -> String {
     format!("{:.1} {:.2} %{mark}", mode.f, 100.0 * mode.zeta)
 }
 
-/// Orders (p, p−1) and (p, p) up to `max`: sampled vibration without and with white
-/// sensor noise. A candidate that cannot be fitted is left out.
-pub fn candidates(y: &[f64], fs: f64, max: usize) -> Vec<Candidate> {
-    let orders: Vec<(usize, usize)> = (1..=max).flat_map(|p| [(p, p - 1), (p, p)]).collect();
-    let bar = show::progress(orders.len() as u64, "fitting");
+/// (p, p−1) and (p, p) up to `max`: sampled vibration without and with white sensor noise.
+fn orders(max: usize) -> impl Iterator<Item = (usize, usize)> {
+    (1..=max).flat_map(|p| [(p, p - 1), (p, p)])
+}
+
+/// A candidate that cannot be fitted is left out.
+///
+/// # Errors
+/// Why the first one could not be, if none could.
+fn candidates(part: &Part, max: usize) -> Result<Vec<Candidate>, String> {
+    let orders: Vec<(usize, usize)> = orders(max).collect();
+    let work = |order| estimators::work(Method::Pem, 1, order) as u64;
+    let bar = show::progress(orders.iter().map(|o| work(*o)).sum(), "fitting");
+    bar.tick();
+    // The longest first, one by one to whoever is free.
+    let mut fitted: Vec<((usize, usize), Result<Candidate, String>)> = orders
+        .into_par_iter()
+        .rev()
+        .with_max_len(1)
+        .map(|order| {
+            let candidate = candidate(part, order, max);
+            bar.inc(work(order));
+            (order, candidate)
+        })
+        .collect();
+    bar.finish_and_clear();
+    fitted.reverse();
+    let mut found = Vec::new();
+    let mut first = None;
+    for ((p, q), candidate) in fitted {
+        match candidate {
+            Ok(candidate) => found.push(candidate),
+            Err(why) => _ = first.get_or_insert(format!("order {p},{q}: {why}")),
+        }
+    }
+    match first {
+        Some(why) if found.is_empty() => Err(why),
+        _ => {
+            mark(&mut found);
+            Ok(found)
+        }
+    }
+}
+
+/// One fit by prediction error, over the same samples as all others: those after the
+/// longest start.
+fn candidate(part: &Part, (p, q): (usize, usize), max: usize) -> Result<Candidate, String> {
     let memory = Memory {
         forgetting: 1.0,
         random_walk: 0.0,
     };
-    let mut found: Vec<Candidate> = orders
-        .into_iter()
-        .filter_map(|(p, q)| {
-            bar.inc(1);
-            let model = with_stack(|| estimators::fit(Method::Pem, y, (p, q), memory)).ok()?;
-            // The same samples for all: those after the longest start.
-            let errors = identify::residuals(y, &model.a, &model.c);
-            let used = errors.get(max..)?;
-            let n = used.len();
-            let sigma2 = used.iter().map(|e| e * e).sum::<f64>() / n as f64;
-            let criteria = Criteria::of(sigma2, n, p + q).ok()?;
-            Some(Candidate {
-                order: [p, q],
-                sigma2,
-                aic: criteria.aic,
-                aicc: criteria.aicc,
-                bic: criteria.bic,
-                fpe: criteria.fpe,
-                modes: modes(&model, fs),
-            })
-        })
-        .collect();
-    bar.finish_and_clear();
-    mark(&mut found);
-    found
+    let y = &part.samples;
+    let model = with_stack(|| estimators::fit(Method::Pem, y, (p, q), memory))
+        .map_err(|why| format!("{why} {}", identify::REMEDY))?;
+    let errors = identify::residuals(y, &model.a, &model.c);
+    let used = errors.get(max..).unwrap_or_default();
+    let n = used.len();
+    let sigma2 = used.iter().map(|e| e * e).sum::<f64>() / n as f64;
+    let criteria = identify::criteria(sigma2, n, p + q)?;
+    if !model.a.iter().chain(&model.c).all(|x| x.is_finite()) {
+        return Err(format!("the model overflows {}", identify::REMEDY));
+    }
+    Ok(Candidate {
+        order: [p, q],
+        sigma2,
+        aic: criteria.aic,
+        aicc: criteria.aicc,
+        bic: criteria.bic,
+        fpe: criteria.fpe,
+        modes: modes(part, &model),
+    })
 }
 
 /// Modes not yet compared; none if the roots are not found.
-fn modes(model: &estimators::Model, fs: f64) -> Vec<CandidateMode> {
-    let modes = model.modes(fs).unwrap_or_default();
+fn modes(part: &Part, model: &estimators::Model) -> Vec<CandidateMode> {
+    let modes = part.modes(model).unwrap_or_default();
     let mode = |m: &estimators::IdentifiedMode| CandidateMode {
         f: m.f,
         zeta: m.zeta,

@@ -1,8 +1,9 @@
 //! `rarma psd`: power spectral density of a recording.
 
+use super::band::{self, Part};
 use super::estimators::{self, Memory};
 use super::identify::{self, with_stack};
-use super::monitor::read;
+use super::show;
 use crate::args::{Detrend, Method, PsdArgs, PsdMethod};
 use crate::failure::Failure;
 use rarma_core::spectrum::{model_density, welch_density, windowed_density};
@@ -14,9 +15,18 @@ const GRID: usize = 2048;
 /// Longest stretch of Welch's estimate, samples.
 const WELCH_SAMPLES: usize = 4096;
 
+/// Samples that a density is made of at least.
+const LEAST_SAMPLES: usize = 8;
+
 /// The JSON of `rarma psd`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Density {
+    /// Band that was looked at, `[LO, HI]`, Hz; null for all of the recording.
+    pub band: Option<[f64; 2]>,
+    /// Rate of the samples it was made of, Hz.
+    pub fs: f64,
+    /// How many they are.
+    pub n: usize,
     /// Frequencies, Hz.
     pub f: Vec<f64>,
     /// One-sided density, input units²/Hz.
@@ -24,19 +34,23 @@ pub struct Density {
 }
 
 pub(super) fn main(args: &PsdArgs) -> Result<u8, Failure> {
-    let recording = read(&args.input)?;
-    let file = recording.path.display().to_string();
-    let (_, y) = identify::detrended(&recording.samples, Detrend::Mean);
-    let density = density(&y, recording.fs, args).map_err(|why| match why {
-        Trouble::Usage(why) => Failure::Usage(why),
-        Trouble::Series(why) => {
-            Failure::whole(&file, why, "record longer, or choose a lower order")
-        }
-    })?;
+    let order = order(args)?;
+    let part = Part::read(&args.input, args.band, Detrend::Mean)?;
+    if let Some(f) = args.at {
+        check_frequency(f, &part)?;
+    }
+    let work = order.map_or(0.0, |(m, o)| estimators::work(m, part.samples.len(), o));
+    part.warn_of(work, &args.input.input);
+    let bar = show::waiting(format!("density of {} samples", part.samples.len()));
+    let density = with_stack(|| density(&part, args, order));
+    bar.finish_and_clear();
+    let file = args.input.input.display();
+    let density = density.map_err(|why| Failure::Input(format!("{file}: {why}")))?;
     if args.json {
         let text = serde_json::to_string(&density).map_err(std::io::Error::from)?;
         say!("{text}");
     } else {
+        say!("# {}", part.words());
         say!("# f_Hz,psd_per_Hz");
         for (f, s) in density.f.iter().zip(&density.psd) {
             say!("{f},{s:e}");
@@ -45,67 +59,106 @@ pub(super) fn main(args: &PsdArgs) -> Result<u8, Failure> {
     Ok(0)
 }
 
-/// Why there is no density.
-#[derive(Debug)]
-pub enum Trouble {
-    /// The command line.
-    Usage(String),
-    /// The series.
-    Series(String),
+/// Order and estimator of a model; none for a transform.
+fn order(args: &PsdArgs) -> Result<Option<(Method, (usize, usize))>, Failure> {
+    let method = match args.method {
+        PsdMethod::Periodogram | PsdMethod::Welch => return Ok(None),
+        PsdMethod::Ar => Method::Burg,
+        PsdMethod::Arma => Method::Pem,
+    };
+    let order = args
+        .order
+        .ok_or_else(|| Failure::Usage("--order P,Q is needed for a model".to_owned()))?;
+    if args.method == PsdMethod::Ar && order.1 > 0 {
+        return Err(Failure::Usage(format!(
+            "--method ar: --order must be {},0",
+            order.0
+        )));
+    }
+    Ok(Some((method, order)))
 }
 
-/// Density of a series without its mean.
-///
-/// # Errors
-/// The order is missing, or the fit is refused.
-pub fn density(y: &[f64], fs: f64, args: &PsdArgs) -> Result<Density, Trouble> {
-    let (f, psd): (Vec<f64>, Vec<f64>) = match (args.at, args.method) {
-        (Some(f), _) if f > fs / 2.0 => {
-            return Err(Trouble::Usage(format!(
-                "--at: {f} Hz lies above half the rate, {} Hz",
-                fs / 2.0
-            )));
-        }
-        (Some(f), PsdMethod::Periodogram) => (vec![f], vec![windowed_density(y, |_| 1.0, f, fs)]),
-        (Some(f), PsdMethod::Welch) => (vec![f], vec![welch_density(y, stretch(y.len()), f, fs)]),
-        (None, PsdMethod::Periodogram) => transformed(y, y.len(), |_| 1.0, fs),
-        (None, PsdMethod::Welch) => welch(y, fs),
-        (at, PsdMethod::Ar | PsdMethod::Arma) => {
-            let order = args
-                .order
-                .ok_or_else(|| Trouble::Usage("--order P,Q is needed for a model".to_owned()))?;
-            let method = if args.method == PsdMethod::Ar {
-                Method::Burg
-            } else {
-                Method::Pem
-            };
-            if args.method == PsdMethod::Ar && order.1 > 0 {
-                return Err(Trouble::Usage(format!(
-                    "--method ar: --order must be {},0",
-                    order.0
-                )));
-            }
+fn check_frequency(f: f64, part: &Part) -> Result<(), Failure> {
+    let (low, high) = part.edges();
+    if (low..=high).contains(&f) {
+        return Ok(());
+    }
+    Err(Failure::Usage(match part.band {
+        None => format!("--at: {f} Hz lies above half the rate, {high} Hz"),
+        Some(_) => format!(
+            "--at: {f} Hz lies outside the band {low}:{high} Hz (choose another --band, or --band full)"
+        ),
+    }))
+}
+
+/// Density of a recording in its band, as it was before the conditioning.
+fn density(
+    part: &Part,
+    args: &PsdArgs,
+    order: Option<(Method, (usize, usize))>,
+) -> Result<Density, String> {
+    let (y, fs, n) = (&part.samples[..], part.fs, part.samples.len());
+    if n < LEAST_SAMPLES {
+        return Err(format!(
+            "end of data: {n} samples are too few for a density, which needs at least {LEAST_SAMPLES} (record longer)"
+        ));
+    }
+    part.variance()?;
+    let (mut f, mut psd): (Vec<f64>, Vec<f64>) = match (order, args.at) {
+        (Some((method, order)), at) => {
             let memory = Memory {
                 forgetting: 1.0,
                 random_walk: 0.0,
             };
-            let model = with_stack(|| estimators::fit(method, y, order, memory))
-                .map_err(Trouble::Series)?;
+            let model = estimators::fit(method, y, order, memory)
+                .map_err(|why| format!("whole file: {why} {}", identify::REMEDY))?;
             let sigma2 = model.sigma2.unwrap_or(f64::NAN);
-            let frequencies: Vec<f64> = match at {
-                Some(f) => vec![f],
-                None => (0..=GRID)
-                    .map(|k| k as f64 * fs / 2.0 / GRID as f64)
-                    .collect(),
-            };
-            let psd = frequencies
-                .iter()
-                .map(|&f| model_density(&model.a, &model.c, sigma2, f, fs))
-                .collect();
-            (frequencies, psd)
+            let (low, high) = part.edges();
+            let grid = |k: usize| low + (high - low) * k as f64 / GRID as f64;
+            let f = at.map_or_else(|| (0..=GRID).map(grid).collect(), |f| vec![f]);
+            let at = |f: &f64| model_density(&model.a, &model.c, sigma2, *f, fs);
+            let psd = f.iter().map(at).collect();
+            (f, psd)
         }
+        (None, Some(f)) if args.method == PsdMethod::Periodogram => {
+            (vec![f], vec![windowed_density(y, |_| 1.0, f, fs)])
+        }
+        (None, Some(f)) => (vec![f], vec![welch_density(y, stretch(n), f, fs)]),
+        (None, None) if args.method == PsdMethod::Periodogram => transformed(y, n, |_| 1.0, fs),
+        (None, None) => welch(y, fs),
     };
-    Ok(Density { f, psd })
+    if part.band.is_some() {
+        // Only there the conditioning can be undone.
+        let (low, high) = part.edges();
+        let gain = part.power_gain();
+        (f, psd) = f
+            .into_iter()
+            .zip(psd)
+            .filter(|(f, _)| (low..=high).contains(f))
+            .map(|(f, s)| (f, s / gain(f)))
+            .unzip();
+    }
+    if f.is_empty() {
+        return Err(format!(
+            "end of data: {n} samples at {fs} Hz resolve no frequency of the band (record longer, or choose a wider --band)"
+        ));
+    }
+    if let Some((f, s)) = f
+        .iter()
+        .zip(&psd)
+        .find(|(f, s)| !(f.is_finite() && s.is_finite()))
+    {
+        return Err(format!(
+            "whole file: the density at {f} Hz is {s} (check --fs, or choose another --method)"
+        ));
+    }
+    Ok(Density {
+        band: band::in_json(part.band),
+        fs,
+        n,
+        f,
+        psd,
+    })
 }
 
 /// Length of Welch's stretches: at least eight half-overlapping ones.

@@ -13,6 +13,7 @@ use rarma_core::decide::Structure;
 use serde_json::json;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
+use std::time::Duration;
 
 /// A bar on standard error, on a terminal only.
 pub fn progress(length: u64, what: &str) -> ProgressBar {
@@ -26,6 +27,21 @@ pub fn progress(length: u64, what: &str) -> ProgressBar {
         bar.set_style(style);
     }
     bar.set_message(what.to_owned());
+    bar
+}
+
+/// A sign of life and the time it has taken, for work whose end cannot be foretold; on
+/// standard error, on a terminal only.
+pub fn waiting(what: String) -> ProgressBar {
+    if !io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
+    if let Ok(style) = ProgressStyle::with_template("{msg} {spinner} {elapsed}") {
+        bar.set_style(style);
+    }
+    bar.set_message(what);
+    bar.enable_steady_tick(Duration::from_millis(100));
     bar
 }
 

@@ -1,8 +1,9 @@
 //! `rarma sweep`: one virtual cut at many depths: true root, what identification
 //! reads, and the surface.
 
+use super::band::detrended;
 use super::estimators::{self, IdentifiedMode, Memory};
-use super::identify::{detrended, with_stack};
+use super::identify::with_stack;
 use super::show;
 use crate::args::{Detrend, Method, SweepArgs};
 use crate::ear;

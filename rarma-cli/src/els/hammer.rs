@@ -1,6 +1,7 @@
 //! A hammer record: force and response to receptance and modes.
 
-use rarma_core::condition::{Band, BandFilter};
+use crate::banded::{Banded, through};
+use rarma_core::condition::Band;
 use rarma_core::els::{AgreedMode, Complex, Reading, agreed, fit_modes};
 use rarma_core::estimate::batch::{ArxOrder, arx};
 use rarma_core::spectrum::{FactorTracker, modal};
@@ -99,14 +100,11 @@ impl Blow<'_> {
             low_hz: (0.2 * low).max(high / 200.0),
             high_hz: high,
         };
-        let through = |x: &[f64]| -> Result<(Vec<f64>, usize), String> {
-            let mut filter = BandFilter::new(band, self.fs).map_err(|why| why.to_string())?;
-            let out = x.iter().filter_map(|x| filter.process(*x)).collect();
-            Ok((out, filter.factor()))
-        };
-        let (force, factor) = through(self.force)?;
-        let (response, _) = through(self.response)?;
-        let fs = self.fs / factor as f64;
+        let part = |x: &[f64]| through(x, self.fs, band).map_err(|why| why.to_string());
+        let Banded {
+            samples: force, fs, ..
+        } = part(self.force)?;
+        let response = part(self.response)?.samples;
         let span = heard(&force, &response);
         let (force, response) = (&force[span.clone()], &response[span]);
         let mut readings = Vec::new();

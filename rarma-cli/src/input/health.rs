@@ -57,6 +57,14 @@ pub fn check(recording: &Recording) -> Result<(), InputError> {
             "record again",
         );
     };
+    if x.len() == 1 {
+        return fail(
+            Problem::NoSamples,
+            place(0),
+            "is the only one".into(),
+            "record longer",
+        );
+    }
     if x.iter().all(|&v| v == first) {
         let what = if first == 0.0 {
             format!("silence: all {} samples are zero", x.len())
@@ -89,6 +97,46 @@ pub fn check(recording: &Recording) -> Result<(), InputError> {
                 "lower the gain and record again",
             );
         }
+    }
+    Ok(())
+}
+
+/// Largest magnitude of a sample that is fitted: more than a converter of 64 bits
+/// counts to. Its square, summed, stays far inside double precision, and a recording
+/// that holds more holds a mark for "no value" and no measurement.
+const LARGEST: f64 = 1e19;
+/// A recording that does not reach this is lost when it is squared.
+const SMALLEST: f64 = 1e-100;
+
+/// Refuses samples whose powers would overflow or vanish: for what works on whole
+/// recordings in double precision. (The monitor has a limit of its own.)
+///
+/// # Errors
+/// [`Problem::Range`], with the place of the largest sample.
+pub fn check_size(recording: &Recording) -> Result<(), InputError> {
+    let x = &recording.samples;
+    let Some((at, value)) = x
+        .iter()
+        .enumerate()
+        .max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs()))
+    else {
+        return Ok(());
+    };
+    let fail = |what: String, remedy: &str| {
+        let place = format!("sample {at} ({} s)", time(at, recording.fs));
+        Err(InputError::new(Problem::Range, place, what, remedy).in_file(&recording.path))
+    };
+    if value.abs() > LARGEST {
+        return fail(
+            format!("is {value:e}: no sensor gives more than {LARGEST:e}, and its powers overflow"),
+            "cut out marks for missing values, or record in a larger unit",
+        );
+    }
+    if value.abs() < SMALLEST {
+        return fail(
+            format!("is {value:e}, the largest of all: powers of less than {SMALLEST:e} vanish"),
+            "record in a smaller unit",
+        );
     }
     Ok(())
 }

@@ -30,7 +30,7 @@ pub use circle::{Circles, read_circles};
 pub use circle_write::circle_file;
 pub(crate) use error::system_words;
 pub use error::{InputError, Problem};
-pub use health::check;
+pub use health::{check, check_size};
 pub use load_steps::read_load_steps;
 pub use receptance::{Function, Plane, Role, merge, read_receptances, write_uff};
 pub use structure::read as read_structure;

@@ -171,6 +171,26 @@ impl<T: Real> BandFilter<T> {
         self.delay_s
     }
 
+    /// Time after which nothing is left of the signal's abrupt beginning, s: the
+    /// decimation is filled, and the high-pass has died down to 1.2 %.
+    pub fn settle_s(&self, band: Band) -> f64 {
+        2.0 * self.delay_s + 1.0 / band.low_hz
+    }
+
+    /// What the density of a signal at `f_hz` is multiplied by between input and output,
+    /// |H|², from the offset to the high-pass; `fs` is that of [`Self::new`]. Holds up to
+    /// the upper edge of the band: above it what is folded comes on top. Slow path.
+    pub fn power_gain(&self, f_hz: f64, fs: f64) -> f64 {
+        let turn = 2.0 * core::f64::consts::PI * f_hz;
+        let mut rate = fs;
+        let mut gain = self.offset.power_gain(turn / rate);
+        for stage in &self.stages {
+            gain *= stage.power_gain(turn / rate);
+            rate /= stage.factor() as f64;
+        }
+        gain * self.high_pass.power_gain(turn / rate)
+    }
+
     /// Takes one finite input sample; gives one every `factor`-th time.
     #[inline(always)]
     pub fn process(&mut self, x: T) -> Option<T> {
@@ -207,6 +227,14 @@ impl<T: Real> Offset<T> {
             self.gain = (self.gain / (T::ONE + self.gain)).max(self.last_gain);
         }
         x - self.mean
+    }
+
+    /// |H|² at `angle` rad a sample once the memory is full: mean = g·x/(1 − (1−g)q⁻¹),
+    /// so H = (1−g)(1 − q⁻¹)/(1 − (1−g)q⁻¹).
+    fn power_gain(&self, angle: f64) -> f64 {
+        let kept = 1.0 - self.last_gain.to_f64();
+        let squared = |r: f64| 1.0 - 2.0 * r * libm::cos(angle) + r * r;
+        kept * kept * squared(1.0) / squared(kept)
     }
 }
 
@@ -262,6 +290,60 @@ mod tests {
                 }
             }
             assert!((0.97..1.02).contains(&peak), "peak {peak} at {fs} Hz");
+        }
+    }
+
+    #[test]
+    fn gain_is_that_of_a_tone_sent_through() {
+        for (band, fs) in [
+            (Band::usual(48_000.0), 48_000.0),
+            (Band::usual(8000.0), 8000.0),
+            (
+                Band {
+                    low_hz: 20.0,
+                    high_hz: 400.0,
+                },
+                44_100.0,
+            ),
+            (
+                Band {
+                    low_hz: 1.0,
+                    high_hz: 50.0,
+                },
+                1000.0,
+            ),
+        ] {
+            for part in [0.0, 0.02, 0.3, 0.9, 1.0] {
+                let f = band.low_hz + part * (band.high_hz - band.low_hz);
+                let mut filter = BandFilter::<f64>::new(band, fs).unwrap();
+                let rate = fs / filter.factor() as f64;
+                let turn = 2.0 * core::f64::consts::PI * f;
+                let (mut re, mut im, mut m) = (0.0, 0.0, 0.0);
+                // Whole periods of the tone, to a sample, after it has settled.
+                let (from, until) = (2.0, 2.0 + libm::floor(4.0 * f) / f);
+                let mut k = 0.0;
+                for n in 0..(until * fs) as usize {
+                    let x = libm::sin(turn * n as f64 / fs);
+                    let Some(y) = filter.process(x) else { continue };
+                    k += 1.0;
+                    if k / rate >= from {
+                        re += y * libm::cos(turn * k / rate);
+                        im += y * libm::sin(turn * k / rate);
+                        m += 0.5;
+                    }
+                }
+                let told = filter.power_gain(f, fs);
+                let found = (re * re + im * im) / (m * m);
+                assert!(
+                    (found / told - 1.0).abs() < 0.005,
+                    "{found} {told} at {f} of {fs} Hz"
+                );
+                // 3 dB at the lower edge, and less above it; at 1 Hz the offset takes its part.
+                if band.low_hz > 10.0 {
+                    let droop = if part == 0.0 { 0.45..0.56 } else { 0.56..1.03 };
+                    assert!(droop.contains(&told), "{told} at {f} of {fs} Hz");
+                }
+            }
         }
     }
 

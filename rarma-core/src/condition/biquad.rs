@@ -65,6 +65,17 @@ impl<T: Real> Biquad<T> {
         }
     }
 
+    /// |H|² at `angle` rad a sample. Slow path.
+    pub(super) fn power_gain(&self, angle: f64) -> f64 {
+        let squared = |x: [f64; 3]| {
+            let (one, two) = (libm::cos(angle), libm::cos(2.0 * angle));
+            let (a, b) = (libm::sin(angle), libm::sin(2.0 * angle));
+            let (re, im) = (x[0] + x[1] * one + x[2] * two, x[1] * a + x[2] * b);
+            re * re + im * im
+        };
+        squared(self.b.map(T::to_f64)) / squared([1.0, self.a[0].to_f64(), self.a[1].to_f64()])
+    }
+
     /// One sample through the section.
     #[inline(always)]
     pub fn process(&self, state: &mut BiquadState<T>, x: T) -> T {

@@ -72,6 +72,25 @@ impl<T: Real> FirStage<T> {
         (self.length - 1) as f64 / 2.0
     }
 
+    /// Input samples per output sample.
+    pub(super) fn factor(&self) -> usize {
+        self.factor
+    }
+
+    /// |H|² at `angle` rad an input sample. Slow path.
+    pub(super) fn power_gain(&self, angle: f64) -> f64 {
+        if self.factor == 1 && self.length == 1 {
+            return 1.0;
+        }
+        let centre = self.delay();
+        let taps = self.taps.iter().take(self.length).enumerate();
+        // The taps are symmetric: no imaginary part about the centre.
+        let sum: f64 = taps
+            .map(|(n, h)| h.to_f64() * libm::cos(angle * (n as f64 - centre)))
+            .sum();
+        sum * sum
+    }
+
     /// Takes one sample; gives one every `factor`-th time.
     #[inline(always)]
     pub fn process(&mut self, x: T) -> Option<T> {

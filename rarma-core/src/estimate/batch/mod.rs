@@ -25,6 +25,7 @@
 mod ar;
 mod arx;
 mod arx_fit;
+mod block;
 mod bound;
 mod criteria;
 mod delta;

@@ -118,9 +118,8 @@ impl<T: Real, const N: usize> Problem<T, N> for Conditional<'_, T> {
 
     fn linearise(&self, theta: &[T; N]) -> Triangle<T, N> {
         let mut triangle = Triangle::new(self.order.n());
-        sensitivities(self.series, self.order, theta, |e, gradient| {
-            let mut row = *gradient;
-            let _ = triangle.add(&mut row, -e);
+        sensitivities(self.series, self.order, theta, |block| {
+            triangle.add_block(block);
         });
         triangle
     }

@@ -1,5 +1,6 @@
 //! Prediction errors of an ARMA model and their derivatives, sample by sample.
 
+use super::block::{Block, ROWS};
 use super::series::{Accumulator, Series};
 use crate::real::Real;
 
@@ -34,6 +35,56 @@ fn feed_back<T: Real>(c: &[T], history: &[T], x: T) -> T {
     out
 }
 
+/// A signal block by block, each after the last `N` samples of the one before: what a
+/// filter needs of the past, without moving it at every sample.
+struct Line<T, const N: usize> {
+    past: [T; N],
+    now: [T; ROWS],
+}
+
+impl<T: Real, const N: usize> Line<T, N> {
+    fn new() -> Self {
+        Self {
+            past: [T::ZERO; N],
+            now: [T::ZERO; ROWS],
+        }
+    }
+
+    /// Sample k − back of this block, back ≤ `N`.
+    #[inline(always)]
+    fn at(&self, k: usize, back: usize) -> T {
+        if back <= k {
+            self.now[k - back]
+        } else {
+            self.past[N + k - back]
+        }
+    }
+
+    /// x − Σ cⱼ·(sample k − j), j from 1: the next output of 1/C.
+    #[inline(always)]
+    fn feed_back(&self, c: &[T], k: usize, x: T) -> T {
+        let mut out = x;
+        let (near, far) = c.split_at(k.min(c.len()));
+        for (c, x) in near.iter().zip(self.now[..k].iter().rev()) {
+            out -= *c * *x;
+        }
+        for (c, x) in far.iter().zip(self.past.iter().rev()) {
+            out -= *c * *x;
+        }
+        out
+    }
+
+    /// The block is over: its last samples become the past.
+    fn turn(&mut self) {
+        if N <= ROWS {
+            self.past.copy_from_slice(&self.now[ROWS - N..]);
+        } else {
+            self.past.copy_within(ROWS.., 0);
+            self.past[N - ROWS..].copy_from_slice(&self.now);
+        }
+    }
+}
+
 /// Σ over t ≥ p of e(t)², with e = 0 before p (conditional on the first samples).
 pub(super) fn sum_of_squares<T: Real, const N: usize>(
     series: &Series<'_, T>,
@@ -42,20 +93,33 @@ pub(super) fn sum_of_squares<T: Real, const N: usize>(
 ) -> T {
     let mut sum = Accumulator::default();
     let (a, c) = theta[..order.n()].split_at(order.p);
-    let mut e = [T::ZERO; N];
-    for t in order.p..series.len() {
-        let mut x = series.at(t);
-        for (i, a) in a.iter().enumerate() {
-            x += *a * series.at(t - 1 - i);
+    let mut e = Line::<T, N>::new();
+    let mut from = order.p;
+    while from < series.len() {
+        let rows = ROWS.min(series.len() - from);
+        for k in 0..rows {
+            let x = e.feed_back(c, k, moved(series, a, from + k));
+            e.now[k] = x;
+            sum.add(x * x);
         }
-        let x = feed_back(c, &e[..order.q], x);
-        push(&mut e[..order.q], x);
-        sum.add(x * x);
+        e.turn();
+        from += rows;
     }
     sum.value()
 }
 
-/// Calls `each(e, ∂e/∂θ)` for t ≥ p; the derivatives are exact, start included.
+/// A·y at t ≥ p.
+#[inline(always)]
+fn moved<T: Real>(series: &Series<'_, T>, a: &[T], t: usize) -> T {
+    let mut x = series.at(t);
+    for (i, a) in a.iter().enumerate() {
+        x += *a * series.at(t - 1 - i);
+    }
+    x
+}
+
+/// Calls `each` with blocks of equations ∂e/∂θ·δ = −e for t ≥ p, which it may use up; the
+/// derivatives are exact, start included.
 ///
 /// ∂e/∂c_j is ∂e/∂c₁ shifted, because e is 0 before p. ∂e/∂aᵢ shifted by one sample
 /// misses only what y(p−1−i) puts in at t = p: that times the impulse response h of
@@ -64,40 +128,57 @@ pub(super) fn sensitivities<T: Real, const N: usize>(
     series: &Series<'_, T>,
     order: Orders,
     theta: &[T; N],
-    mut each: impl FnMut(T, &[T; N]),
+    mut each: impl FnMut(&mut Block<T, N>),
 ) {
     let Orders { p, q } = order;
     let (a, c) = theta[..p + q].split_at(p);
-    let (mut e, mut first, mut h) = ([T::ZERO; N], [T::ZERO; N], [T::ZERO; N]);
-    let mut gradient = [T::ZERO; N];
-    for t in p..series.len() {
-        let mut x = series.at(t);
-        for (i, a) in a.iter().enumerate() {
-            x += *a * series.at(t - 1 - i);
-        }
-        let x = feed_back(c, &e[..q], x);
-        // ∂e/∂c₁ = −e(t−1)/C: its own past is the part of the gradient for c.
-        let by_c = feed_back(
-            c,
-            &gradient[p..p + q],
-            -e.first().copied().unwrap_or_default(),
-        );
-        if q > 0 {
-            push(&mut gradient[p..p + q], by_c);
-        }
-        if p > 0 {
-            let impulse = if t == p { T::ONE } else { T::ZERO };
-            let response = feed_back(c, &h[..q], impulse);
-            let by_a = feed_back(c, &first[..q], series.at(t - 1));
-            push(&mut h[..q], response);
-            push(&mut first[..q], by_a);
-            push(&mut gradient[..p], by_a);
-            for (i, g) in gradient[1..p].iter_mut().enumerate() {
-                *g += response * series.at(p - 2 - i);
+    let (mut e, mut h) = (Line::<T, N>::new(), Line::<T, N>::new());
+    let (mut by_a, mut by_c) = (Line::<T, N>::new(), Line::<T, N>::new());
+    // The last row of the columns for a of the block before.
+    let mut last = [T::ZERO; N];
+    let mut from = p;
+    while from < series.len() {
+        let rows = ROWS.min(series.len() - from);
+        let mut block = Block::<T, N>::new();
+        for k in 0..rows {
+            let t = from + k;
+            e.now[k] = e.feed_back(c, k, moved(series, a, t));
+            block.right[k] = -e.now[k];
+            if q > 0 {
+                // ∂e/∂c₁ = −e(t−1)/C.
+                by_c.now[k] = by_c.feed_back(c, k, -e.at(k, 1));
+            }
+            if p > 0 {
+                let impulse = if t == p { T::ONE } else { T::ZERO };
+                h.now[k] = h.feed_back(c, k, impulse);
+                by_a.now[k] = by_a.feed_back(c, k, series.at(t - 1));
             }
         }
-        push(&mut e[..q], x);
-        each(x, &gradient);
+        for (j, column) in block.columns[p..p + q].iter_mut().enumerate() {
+            for (k, x) in column[..rows].iter_mut().enumerate() {
+                *x = by_c.at(k, j);
+            }
+        }
+        if p > 0 {
+            block.columns[0][..rows].copy_from_slice(&by_a.now[..rows]);
+        }
+        for i in 1..p {
+            let y = series.at(p - 1 - i);
+            let (before, column) = block.columns.split_at_mut(i);
+            let (before, column) = (&before[i - 1], &mut column[0]);
+            column[0] = last[i - 1] + h.now[0] * y;
+            for ((x, before), h) in column[1..rows].iter_mut().zip(before).zip(&h.now[1..rows]) {
+                *x = *before + *h * y;
+            }
+        }
+        for (last, column) in last[..p].iter_mut().zip(&block.columns) {
+            *last = column[ROWS - 1];
+        }
+        each(&mut block);
+        for line in [&mut e, &mut h, &mut by_a, &mut by_c] {
+            line.turn();
+        }
+        from += rows;
     }
 }
 
@@ -143,9 +224,11 @@ mod tests {
             let theta: [f64; 6] = core::array::from_fn(|i| 0.3 - 0.13 * i as f64);
             let mut rows = [(0.0, [0.0; 6]); 60];
             let mut t = p;
-            sensitivities(&series, order, &theta, |e, g| {
-                rows[t] = (e, *g);
-                t += 1;
+            sensitivities(&series, order, &theta, |block| {
+                for k in 0..ROWS.min(60 - t) {
+                    rows[t] = (-block.right[k], block.columns.map(|column| column[k]));
+                    t += 1;
+                }
             });
             assert_eq!(t, 60);
             let total: f64 = rows.iter().map(|(e, _)| e * e).sum();
@@ -156,9 +239,11 @@ mod tests {
                     let mut moved = theta;
                     moved[i] += h;
                     let mut t = p;
-                    sensitivities(&series, order, &moved, |e, _| {
-                        side[t] = e;
-                        t += 1;
+                    sensitivities(&series, order, &moved, |block| {
+                        for k in 0..ROWS.min(60 - t) {
+                            side[t] = -block.right[k];
+                            t += 1;
+                        }
                     });
                 }
                 for t in p..60 {

@@ -103,7 +103,7 @@ impl<'a, T: Real> Series<'a, T> {
 
 /// Inner product in eight lanes, which the compiler turns into vectors.
 #[inline(always)]
-fn dot<T: Real>(x: &[T], y: &[T]) -> T {
+pub(super) fn dot<T: Real>(x: &[T], y: &[T]) -> T {
     let mut lanes = [T::ZERO; 8];
     let (chunks, others) = (x.chunks_exact(8), y.chunks_exact(8));
     let (rest, other_rest) = (chunks.remainder(), others.remainder());

@@ -7,11 +7,11 @@
 //! efficient one whatever the first C was, so what is left for the search is small.
 
 use super::ar::ArFit;
+use super::block::Collected;
 use super::polynomial::reflect;
 use super::prediction::{Orders, sum_of_squares};
 use super::series::Series;
 use super::subspace::lines;
-use super::triangle::Triangle;
 use crate::real::Real;
 use crate::spectrum::{FactorTracker, Roots};
 
@@ -69,7 +69,7 @@ pub(super) fn round<T: Real, const N: usize>(
         Round::Given(a) => (&[], Some(a)),
     };
     let unknown = if given.is_some() { q } else { p + q };
-    let mut triangle = Triangle::<T, N>::new(unknown);
+    let mut equations = Collected::<T, N>::new(unknown);
     for t in 0..series.len() {
         let mut y = series.at(t);
         let mut e = if t >= long.m {
@@ -97,7 +97,7 @@ pub(super) fn round<T: Real, const N: usize>(
                 }
             }
             row[unknown - q..unknown].copy_from_slice(&e_f[..q]);
-            let _ = triangle.add(&mut row, right);
+            equations.add(&row, right);
         }
         for i in (1..longest).rev() {
             y_f[i] = y_f[i - 1];
@@ -106,7 +106,7 @@ pub(super) fn round<T: Real, const N: usize>(
         y_f[0] = y;
         e_f[0] = e;
     }
-    let found = triangle.solve()?;
+    let found = equations.triangle().solve()?;
     let Some(a) = given else { return Some(found) };
     let mut out = [T::ZERO; N];
     out[..p].copy_from_slice(a);

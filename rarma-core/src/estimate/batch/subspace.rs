@@ -53,6 +53,16 @@ pub fn esprit<T: Real, const N: usize, const H: usize>(
 /// Half the window over the length.
 const SHARE: f64 = 0.36;
 
+/// Half the window for this share of `n` samples, `most` at most.
+pub(super) fn half_window<T: Real>(n: usize, share: T, most: usize) -> usize {
+    let wanted = share * count(n);
+    let mut half = 1;
+    while half < most && count::<T>(half + 1) <= wanted {
+        half += 1;
+    }
+    half
+}
+
 /// [`esprit`] of a series already checked, with half the window this share of it.
 pub(super) fn lines<T: Real, const N: usize, const H: usize>(
     series: &Series<'_, T>,
@@ -60,11 +70,7 @@ pub(super) fn lines<T: Real, const N: usize, const H: usize>(
     share: T,
 ) -> Result<ArFit<T, N>, FitError> {
     let n = series.len();
-    let most = share * count(n);
-    let mut half = 1;
-    while half < H && count::<T>(half + 1) <= most {
-        half += 1;
-    }
+    let half = half_window(n, share, H);
     if 2 * half <= p || half > H {
         return Err(FitError::OrderAboveCapacity);
     }

@@ -1,10 +1,11 @@
 //! Undamped tones in white noise by exact maximum likelihood.
 
 use super::ar::ArFit;
+use super::block::Collected;
 use super::error::FitError;
 use super::levenberg::{Limits, Minimum, Problem, minimise};
 use super::series::{Accumulator, Series, count};
-use super::subspace::lines;
+use super::subspace::{half_window, lines};
 use super::triangle::Triangle;
 use crate::real::Real;
 use crate::spectrum::{FactorTracker, Roots};
@@ -88,7 +89,12 @@ pub fn tones<T: Real, const N: usize, const H: usize>(
         residuals: count(series.len()),
     };
     let mut best: Option<Minimum<T, N>> = None;
-    for share in SHARES {
+    let half = |share: f64| half_window(series.len(), T::from_f64(share), H);
+    for (k, share) in SHARES.into_iter().enumerate() {
+        // A long series fills the window whatever its share.
+        if SHARES[..k].iter().any(|other| half(*other) == half(share)) {
+            continue;
+        }
         for extra in EXTRA {
             let Some(start) = problem.start::<N, H>(2 * tones + extra, T::from_f64(share)) else {
                 continue;
@@ -227,13 +233,13 @@ impl<T: Real, const N: usize> Problem<T, N> for Lines<'_, T> {
     }
 
     fn linearise(&self, theta: &[T; N]) -> Triangle<T, N> {
-        let mut triangle = Triangle::new(3 * self.tones);
+        let mut equations = Collected::new(3 * self.tones);
         for t in 0..self.series.len() {
             let mut row = [T::ZERO; N];
             let e = self.residual(theta, t, &mut row);
-            let _ = triangle.add(&mut row, e);
+            equations.add(&row, e);
         }
-        triangle
+        equations.triangle()
     }
 }
 

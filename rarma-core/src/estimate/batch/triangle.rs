@@ -11,10 +11,10 @@ use crate::real::Real;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Triangle<T, const N: usize> {
     /// Row i holds R(i, i..).
-    r: [[T; N]; N],
+    pub(super) r: [[T; N]; N],
     /// Right-hand side after the rotations.
-    z: [T; N],
-    n: usize,
+    pub(super) z: [T; N],
+    pub(super) n: usize,
 }
 
 impl<T: Real, const N: usize> Triangle<T, N> {
