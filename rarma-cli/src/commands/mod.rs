@@ -1,7 +1,6 @@
 //! One file per command.
 
 mod cers;
-mod channel;
 mod choose_order;
 mod connect;
 mod decode;
@@ -11,6 +10,7 @@ mod estimators;
 mod identify;
 mod ldbb;
 mod lines;
+mod listening;
 mod lobes;
 mod monitor;
 mod order;
@@ -20,6 +20,7 @@ mod psd;
 mod sensor_box;
 mod show;
 mod simulate;
+mod source;
 mod sweep;
 mod tacho;
 mod target;
@@ -31,6 +32,7 @@ pub use monitor::{job, listen, listen_with_tacho};
 pub use order::{Candidate, CandidateMode, candidates};
 pub use pair::listen as listen_pair;
 pub use psd::{Density, density};
+pub use source::About;
 pub use target::on_chip;
 
 use crate::args::{Cli, Command};

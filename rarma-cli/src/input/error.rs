@@ -86,7 +86,7 @@ impl InputError {
     }
 
     /// Names the file.
-    pub(super) fn in_file(mut self, path: &Path) -> Self {
+    pub(crate) fn in_file(mut self, path: &Path) -> Self {
         self.file = path.to_path_buf();
         self
     }

@@ -1,15 +1,19 @@
 //! Records of a box (`.frames`): the raw samples in them, as a recording.
 
-use super::{Decoded, InputError, Problem, ReadOptions, no_channel};
+use super::bytes::Bytes;
+use super::stream::{Begin, Whole};
+use super::{InputError, Problem};
 use crate::frames::{FrameReader, RawSamples};
 
-pub(super) fn decode(bytes: &[u8], opts: &ReadOptions) -> Result<Decoded, InputError> {
-    if opts.channel != 0 {
-        return Err(no_channel("record", opts.channel, 1));
-    }
+pub(super) fn begin(mut bytes: Bytes, fs: Option<f64>) -> Result<Begin, InputError> {
     let mut reader = FrameReader::default();
     let mut raw = RawSamples::default();
-    reader.take(bytes, |_, message| raw.take(&message));
+    while !bytes.waiting().is_empty() || bytes.more()? {
+        let here = bytes.waiting();
+        reader.take(here, |_, message| raw.take(&message));
+        let taken = here.len();
+        bytes.take(taken);
+    }
     let mut notices = Vec::new();
     if let Some(losses) = reader.losses() {
         notices.push(losses);
@@ -36,7 +40,7 @@ pub(super) fn decode(bytes: &[u8], opts: &ReadOptions) -> Result<Decoded, InputE
             "send `stream SECONDS` while it is made",
         ));
     }
-    let Some(fs) = opts.fs.or(raw.fs_hz) else {
+    let Some(fs) = fs.or(raw.fs_hz) else {
         return Err(InputError::new(
             Problem::Rate,
             "end of file",
@@ -44,12 +48,17 @@ pub(super) fn decode(bytes: &[u8], opts: &ReadOptions) -> Result<Decoded, InputE
             "give --fs in hertz",
         ));
     };
-    Ok(Decoded {
+    Ok(Begin {
         format: "frames of a box".to_owned(),
-        fs,
-        samples: samples.into_iter().map(f64::from).collect(),
+        fs: Some(fs),
         step: Some(1.0 / 32767.0),
         channels: 1,
-        notices,
+        blocks: Box::new(Whole {
+            fs,
+            notices,
+            samples: samples.into_iter().map(f64::from).collect(),
+            given: 0,
+            place: "record",
+        }),
     })
 }
