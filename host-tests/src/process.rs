@@ -38,6 +38,11 @@ impl Rarma {
         Self { program }
     }
 
+    /// Where it is.
+    pub(crate) fn program(self) -> &'static str {
+        self.program
+    }
+
     /// Runs it to the end.
     ///
     /// # Panics

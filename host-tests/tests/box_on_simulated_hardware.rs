@@ -5,7 +5,7 @@ use firmware::{App, Outcome};
 use hal_sim::{Microphone, MicrophoneFault, SimBoard};
 use host_tests::files::Folder;
 use host_tests::signal;
-use rarma_cli::collect::Collector;
+use rarma_cli::collect::WholeRun;
 use rarma_cli::commands;
 use rarma_cli::record::Run;
 use rarma_core::condition::Fault;
@@ -64,7 +64,7 @@ impl Played {
     }
 
     fn run(&self) -> Run {
-        let mut collector = Collector::default();
+        let mut collector = WholeRun::default();
         for message in &self.messages {
             collector.take(message);
         }

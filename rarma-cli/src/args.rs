@@ -19,6 +19,7 @@ pub use psd::{Criterion, PsdArgs, PsdMethod};
 pub use sensor_box::{BoxArgs, ConnectArgs, DecodeArgs};
 pub use virtual_machine::{ChooseOrderArgs, LobesArgs, SimulateArgs, SweepArgs};
 
+use crate::input::{Known, Raw};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use rarma_core::condition::Band;
 use std::path::PathBuf;
@@ -89,17 +90,48 @@ pub enum Command {
 /// What a file is.
 #[derive(Debug, Clone, Args)]
 pub struct InputArgs {
-    /// WAV (PCM 8/16/24/32, float), CSV, or raw .f32/.f64 (little endian, with --fs).
+    /// WAV (PCM 8/16/24/32, float), CSV, or raw .f32/.f64 (little endian, with --fs); `-`
+    /// for WAV from standard input, or raw samples with --raw.
     pub input: PathBuf,
     /// Channel, counted from 0.
     #[arg(long, default_value_t = 0)]
     pub channel: usize,
     /// Sampling rate in Hz, where the file does not say it.
-    #[arg(long, value_parser = positive)]
+    #[arg(long, value_parser = rate)]
     pub fs: Option<f64>,
     /// Stream of a record of a box (.frames) that holds several, counted from 1.
     #[arg(long, value_name = "N", value_parser = sensor_box::stream)]
     pub stream: Option<usize>,
+    /// The input is samples without a header, one channel, little endian.
+    #[arg(long, value_enum, requires = "fs")]
+    pub raw: Option<RawArg>,
+}
+
+impl InputArgs {
+    /// What the caller knows of the file.
+    pub fn known(&self) -> Known {
+        Known {
+            fs: self.fs,
+            stream: self.stream,
+        }
+    }
+
+    /// What comes without a header.
+    pub fn raw(&self) -> Option<Raw> {
+        self.raw.map(|raw| match raw {
+            RawArg::S16 => Raw::S16,
+            RawArg::F32 => Raw::F32,
+        })
+    }
+}
+
+/// Samples without a header.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum RawArg {
+    /// 16 bit integers.
+    S16,
+    /// 32 bit floats.
+    F32,
 }
 
 /// Options of `monitor` and `target`.
@@ -142,8 +174,8 @@ pub struct MonitorArgs {
     /// f,f_sd,zeta,zeta_sd): what the process adds to their damping is told.
     #[arg(long, value_name = "FILE")]
     pub structure: Option<PathBuf>,
-    /// Seconds between two lines.
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.01, value_parser = positive)]
+    /// Seconds between two lines, 0.0001 to 3600.
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.01, value_parser = every)]
     pub every: f64,
     /// One JSON object a line on standard output, the summary last.
     #[arg(long)]
@@ -292,14 +324,21 @@ pub enum Detrend {
     Linear,
 }
 
+/// Nearer to 0 nothing is: it would only leave the range of numbers further on.
+const TINY: f64 = 1e-30;
+
 fn number(text: &str) -> Result<f64, String> {
     let x: f64 = text
         .trim()
         .parse()
         .map_err(|_| format!("`{text}` is not a number"))?;
-    x.is_finite()
-        .then_some(x)
-        .ok_or(format!("`{text}` is not finite"))
+    if !x.is_finite() {
+        return Err(format!("`{text}` is not finite"));
+    }
+    if x != 0.0 && x.abs() < TINY {
+        return Err(format!("`{text}` is too near to 0 (write 0)"));
+    }
+    Ok(x)
 }
 
 fn within(text: &str, low: f64, high: f64) -> Result<f64, String> {
@@ -313,6 +352,14 @@ fn within(text: &str, low: f64, high: f64) -> Result<f64, String> {
 fn positive(text: &str) -> Result<f64, String> {
     let x = number(text)?;
     (x > 0.0).then_some(x).ok_or("must be above 0".to_owned())
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    within(text, 1e-3, 1e9)
+}
+
+fn every(text: &str) -> Result<f64, String> {
+    within(text, 1e-4, 3600.0)
 }
 
 fn threshold(text: &str) -> Result<f64, String> {

@@ -1,96 +1,120 @@
-//! Telemetry of a box to the records of a run.
+//! Telemetry of a box to the records of a run, message by message.
+//!
+//! Nothing here grows with the length of a run: lines are handed on, and of alarms and
+//! notices so many are kept that a day of them is still to be read.
 
 use crate::record::{
-    Alarm, HistogramRecord, Line, NoticeRecord, Run, SpeedSource, SpindleSummary, Summary,
+    Alarm, HistogramRecord, Line, NoticeRecord, Run, SpeedSource, SpindleRecord, SpindleSummary,
+    Summary,
 };
 use crate::translate::{STATES, line, notice};
 use rarma_core::condition::HealthCounts;
-use rarma_core::decide::{Agreement, Histogram};
+use rarma_core::decide::Histogram;
 use rarma_core::wire::{Finished, Refusal, Telemetry};
 use std::collections::BTreeMap;
+
+/// Alarms that a summary lists, the first ones; the others are counted.
+pub const MOST_ALARMS: usize = 10_000;
+/// Notices that a summary lists, likewise.
+pub const MOST_NOTICES: usize = 1_000;
 
 /// Puts messages together as they come.
 #[derive(Debug, Default)]
 pub struct Collector {
     fs: f64,
     order: [usize; 2],
-    lines: Vec<Line>,
     alarms: Vec<Alarm>,
+    /// The last alarm called, if it has not been released.
+    standing: Option<Alarm>,
+    alarms_left_out: u64,
     notices: Vec<NoticeRecord>,
-    histograms: Vec<HistogramRecord>,
+    notices_left_out: u64,
+    rpm_first: Option<f64>,
+    rpm_last: Option<f64>,
+    notch_hz: Option<f64>,
     finished: Option<Finished>,
     refused: Option<Refusal>,
 }
 
-/// What a message was, for a caller that shows things as they happen.
+/// What a message was, for those who show and keep things as they happen.
 #[derive(Debug, Clone, PartialEq)]
-pub enum News<'a> {
+pub enum News {
     /// Nothing to show.
     None,
     /// A telemetry line.
-    Line(&'a Line),
+    Line(Line),
     /// An alarm was called.
-    On(&'a Alarm),
+    On(Alarm),
     /// An alarm was released.
-    Off(&'a Alarm),
+    Off(Alarm),
+    /// How the followed mode's amplitude was distributed.
+    Histogram(HistogramRecord),
 }
 
 impl Collector {
     /// Takes one message.
-    pub fn take(&mut self, message: &Telemetry) -> News<'_> {
+    pub fn take(&mut self, message: &Telemetry) -> News {
         match message {
             Telemetry::Started { fs_hz, p, q } => {
                 self.fs = *fs_hz;
                 self.order = [usize::from(*p), usize::from(*q)];
             }
             Telemetry::Verdict(verdict) => {
-                self.lines.push(line(verdict, self.fs));
-                if let Some(last) = self.lines.last() {
-                    return News::Line(last);
-                }
+                let line = line(verdict, self.fs);
+                self.spindle(&line.spindle);
+                return News::Line(line);
             }
             Telemetry::Alarm(message) => {
                 let t = message.sample as f64 / self.fs;
                 if message.on {
-                    self.alarms.push(Alarm {
+                    self.keep_standing();
+                    let alarm = Alarm {
                         on: t,
                         off: None,
                         f: decimal(message.frequency),
                         zeta: decimal(message.damping),
-                    });
-                    if let Some(alarm) = self.alarms.last() {
-                        return News::On(alarm);
-                    }
-                } else if let Some(alarm) = self.alarms.last_mut() {
+                    };
+                    self.standing = Some(alarm.clone());
+                    return News::On(alarm);
+                } else if let Some(alarm) = &mut self.standing {
                     alarm.off = Some(t);
                     alarm.f = decimal(message.frequency);
                     alarm.zeta = decimal(message.damping);
+                    let alarm = alarm.clone();
+                    self.keep_standing();
                     return News::Off(alarm);
                 }
             }
             Telemetry::Finished(finished) => {
                 self.finished = Some(*finished);
-                if let (Some((f, zeta)), Some(alarm)) = (finished.standing, self.alarms.last_mut())
-                    && alarm.off.is_none()
-                {
+                if let (Some((f, zeta)), Some(alarm)) = (finished.standing, &mut self.standing) {
                     alarm.f = decimal(f);
                     alarm.zeta = decimal(zeta);
                 }
             }
             Telemetry::Refused(refusal) => self.refused = Some(*refusal),
-            Telemetry::Amplitude(message) => self.histograms.push(HistogramRecord {
-                t: message.sample as f64 / self.fs,
-                f: decimal(message.frequency),
-                counts: Histogram {
-                    counts: message.counts,
-                    beyond: message.beyond,
-                    bin_width: f64::from(message.bin_width),
-                },
-            }),
-            Telemetry::Notice(message) => self.notices.push(NoticeRecord {
-                t: message.sample as f64 / self.fs,
-                what: notice(&message.notice),
-            }),
+            Telemetry::Amplitude(message) => {
+                return News::Histogram(HistogramRecord {
+                    t: message.sample as f64 / self.fs,
+                    f: decimal(message.frequency),
+                    counts: Histogram {
+                        counts: message.counts,
+                        beyond: message.beyond,
+                        bin_width: f64::from(message.bin_width),
+                    },
+                });
+            }
+            Telemetry::Notice(message) => {
+                let record = NoticeRecord {
+                    t: message.sample as f64 / self.fs,
+                    what: notice(&message.notice),
+                };
+                if self.notices.len() < MOST_NOTICES {
+                    self.notices.push(record);
+                } else {
+                    self.notices_left_out += 1;
+                }
+            }
             // What the whole box says beside its verdicts is nothing of a run's.
             Telemetry::Reply(_)
             | Telemetry::Fault(_)
@@ -104,10 +128,25 @@ impl Collector {
         News::None
     }
 
-    /// Who hears the mode in question at the last line; of a pair only.
-    pub fn agreed(&mut self, agreement: Agreement) {
-        if let Some(line) = self.lines.last_mut() {
-            line.agreement = Some(agreement);
+    fn keep_standing(&mut self) {
+        match self.standing.take() {
+            Some(alarm) if self.alarms.len() < MOST_ALARMS => self.alarms.push(alarm),
+            Some(_) => self.alarms_left_out += 1,
+            None => {}
+        }
+    }
+
+    /// The spindle over the whole run, as far as lines tell.
+    fn spindle(&mut self, spindle: &SpindleRecord) {
+        if matches!(spindle.source, SpeedSource::Sound | SpeedSource::Tacho)
+            && let Some(rpm) = spindle.rpm
+        {
+            self.rpm_first.get_or_insert(rpm);
+            self.rpm_last = Some(rpm);
+        }
+        if spindle.locked {
+            let widest = self.notch_hz.unwrap_or(spindle.notch_hz);
+            self.notch_hz = Some(widest.max(spindle.notch_hz));
         }
     }
 
@@ -126,9 +165,10 @@ impl Collector {
         self.finished.map(|f| f.health)
     }
 
-    /// The run, none if its last message has not come.
-    pub fn run(self) -> Option<Run> {
+    /// The closing record, none if the last message has not come.
+    pub fn summary(mut self) -> Option<Summary> {
         let finished = self.finished?;
+        self.keep_standing();
         let mut state_seconds = BTreeMap::new();
         for (state, samples) in STATES.iter().zip(finished.state_samples) {
             if samples > 0 {
@@ -136,39 +176,109 @@ impl Collector {
             }
         }
         let removed = f64::from(finished.removed_fraction);
-        let locked_s = finished.locked_samples as f64 / self.fs;
-        Some(Run {
-            histograms: self.histograms,
-            summary: Summary {
-                fs: self.fs,
-                samples: finished.samples,
-                order: self.order,
-                alarms: self.alarms,
-                state_seconds,
-                notices: self.notices,
-                spindle: spindle(&self.lines, locked_s),
-                removed_db: (removed > 0.0).then(|| 10.0 * removed.log10()),
-                channels: None,
+        Some(Summary {
+            fs: self.fs,
+            samples: finished.samples,
+            order: self.order,
+            alarms: self.alarms,
+            alarms_left_out: self.alarms_left_out,
+            state_seconds,
+            notices: self.notices,
+            notices_left_out: self.notices_left_out,
+            spindle: SpindleSummary {
+                rpm_first: self.rpm_first,
+                rpm_last: self.rpm_last,
+                locked_s: finished.locked_samples as f64 / self.fs,
+                notch_hz: self.notch_hz,
             },
-            lines: self.lines,
+            removed_db: (removed > 0.0).then(|| 10.0 * removed.log10()),
+            channels: None,
         })
     }
 }
 
-/// The spindle over the whole run, as far as lines tell.
-fn spindle(lines: &[Line], locked_s: f64) -> SpindleSummary {
-    let read = |line: &&Line| {
-        let source = line.spindle.source;
-        matches!(source, SpeedSource::Sound | SpeedSource::Tacho) && line.spindle.rpm.is_some()
-    };
-    let first = lines.iter().find(read);
-    let last = lines.iter().rfind(read);
-    let blind = lines.iter().filter(|line| line.spindle.locked);
-    SpindleSummary {
-        rpm_first: first.and_then(|line| line.spindle.rpm),
-        rpm_last: last.and_then(|line| line.spindle.rpm),
-        locked_s,
-        notch_hz: blind.map(|line| line.spindle.notch_hz).reduce(f64::max),
+/// A collector that keeps every line: for runs of minutes.
+#[derive(Debug, Default)]
+pub struct WholeRun {
+    collector: Collector,
+    lines: Vec<Line>,
+    histograms: Vec<HistogramRecord>,
+}
+
+impl WholeRun {
+    /// Takes one message.
+    pub fn take(&mut self, message: &Telemetry) {
+        let news = self.collector.take(message);
+        self.keep(news);
+    }
+
+    /// Keeps what a collector elsewhere has said.
+    pub fn keep(&mut self, news: News) {
+        match news {
+            News::Line(line) => self.lines.push(line),
+            News::Histogram(histogram) => self.histograms.push(histogram),
+            News::None | News::On(_) | News::Off(_) => {}
+        }
+    }
+
+    /// What the messages came to so far.
+    pub fn collector(&self) -> &Collector {
+        &self.collector
+    }
+
+    /// The run, none if its last message has not come.
+    pub fn run(self) -> Option<Run> {
+        let summary = self.collector.summary()?;
+        Some(Run {
+            lines: self.lines,
+            summary,
+            histograms: self.histograms,
+        })
+    }
+
+    /// The run with the summary of a collector elsewhere.
+    pub fn with(self, summary: Summary) -> Run {
+        Run {
+            lines: self.lines,
+            summary,
+            histograms: self.histograms,
+        }
+    }
+}
+
+impl Run {
+    /// Says all of a run again, in order of time.
+    pub fn tell(&self, mut hear: impl FnMut(News)) {
+        let mut histograms = self.histograms.iter().peekable();
+        let mut on = self.summary.alarms.iter().peekable();
+        let mut off = on.clone();
+        let mut tell = |t: f64, hear: &mut dyn FnMut(News)| {
+            loop {
+                let next_on = on.peek().filter(|a| a.on <= t).map(|a| a.on);
+                let next_off = off.peek().and_then(|a| a.off).filter(|at| *at < t);
+                let at = histograms.peek().filter(|h| h.t <= t).map(|h| h.t);
+                let first = [next_on, at, next_off].into_iter().flatten();
+                let Some(first) = first.reduce(f64::min) else {
+                    break;
+                };
+                if next_on == Some(first) {
+                    hear(on.next().map_or(News::None, |a| News::On(a.clone())));
+                } else if at == Some(first) {
+                    hear(
+                        histograms
+                            .next()
+                            .map_or(News::None, |h| News::Histogram(h.clone())),
+                    );
+                } else {
+                    hear(off.next().map_or(News::None, |a| News::Off(a.clone())));
+                }
+            }
+        };
+        for line in &self.lines {
+            tell(line.t, &mut hear);
+            hear(News::Line(line.clone()));
+        }
+        tell(f64::INFINITY, &mut hear);
     }
 }
 

@@ -43,8 +43,12 @@ impl Failure {
     /// The same, saying in the same line what was kept all the same.
     #[must_use]
     pub fn kept(mut self, what: impl fmt::Display) -> Self {
-        let (Self::Usage(text) | Self::Input(text) | Self::System(text)) = &mut self;
-        *text = format!("{text}; {what}");
+        match &mut self {
+            Self::Usage(text) | Self::Input(text) | Self::System(text) => {
+                *text = format!("{text}; {what}");
+            }
+            Self::Closed => {}
+        }
         self
     }
 }

@@ -219,12 +219,18 @@ pub struct Summary {
     pub samples: u64,
     /// Model order `[p, q]`.
     pub order: [usize; 2],
-    /// Alarms in order of time.
+    /// Alarms in order of time, the first 10 000.
     pub alarms: Vec<Alarm>,
+    /// Alarms beyond those; not there if there are none.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub alarms_left_out: u64,
     /// Seconds spent in each state.
     pub state_seconds: BTreeMap<State, f64>,
-    /// What was wrong with what is known of the spindle, in order of time.
+    /// What was wrong with what is known of the spindle, in order of time, the first 1000.
     pub notices: Vec<NoticeRecord>,
+    /// Notices beyond those; not there if there are none.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub notices_left_out: u64,
     /// The spindle over the whole run.
     pub spindle: SpindleSummary,
     /// Energy of the removed lines over that of the band, the whole run, dB; none if
@@ -233,6 +239,11 @@ pub struct Summary {
     /// What was wrong with each channel. With two channels only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub channels: Option<Vec<ChannelRecord>>,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
+fn is_zero(n: &u64) -> bool {
+    *n == 0
 }
 
 /// Something the user should know of the spindle.
@@ -296,8 +307,11 @@ pub struct SpindleSummary {
 pub struct ChannelRecord {
     /// Channel of the file, from 0.
     pub channel: usize,
-    /// The stretches for which it was left out, in order of time.
+    /// The stretches for which it was left out, in order of time, the first 1000.
     pub faults: Vec<FaultRecord>,
+    /// Stretches beyond those; not there if there are none.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub faults_left_out: u64,
     /// Seconds for which it was left out.
     pub dropped_s: f64,
 }

@@ -3,6 +3,7 @@
 use crate::failure::Failure;
 use crate::scenario::Loaded;
 use hal_sim::plant::delay::{Crossing, Root};
+use hal_sim::plant::error::PlantError;
 use hal_sim::plant::modal::ShapedMode;
 use hal_sim::plant::truth::Truth;
 use serde::Serialize;
@@ -80,6 +81,9 @@ pub struct TruthRecord {
     pub modes: Vec<ModeTruth>,
     /// The limit at the nominal speed.
     pub limit: Option<LimitTruth>,
+    /// Why there is none, in words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub no_limit: Option<String>,
     /// The zero-order limit beside it, mm.
     pub zero_order_mm: Option<f64>,
     /// First instability, s.
@@ -135,6 +139,12 @@ impl TruthRecord {
                 depth_mm: 1e3 * l.depth_m,
                 crossing: crossing_word(l.crossing),
                 chatter_hz: l.root.f_hz,
+            }),
+            no_limit: truth.no_limit.map(|why| match why {
+                PlantError::NoLimit => {
+                    "none between 1 % and four times the largest depth".to_owned()
+                }
+                why => why.to_string(),
             }),
             zero_order_mm: truth.zero_order_m.map(|d| 1e3 * d),
             onset_s: truth.onset_s,

@@ -20,6 +20,17 @@ pub enum PlantError {
     },
     /// A search for a stability limit found none in the range it was given.
     NoLimit,
+    /// Whether there is a limit is not known: the search used up its work.
+    GivenUp,
+    /// The eigenvalues of a delay equation did not settle: nothing is known of it.
+    Unsettled,
+    /// What would have to be worked out or stored is beyond any use.
+    TooLarge {
+        /// Field whose value makes it so.
+        name: &'static str,
+        /// Largest number of steps.
+        most: usize,
+    },
 }
 
 impl fmt::Display for PlantError {
@@ -28,6 +39,15 @@ impl fmt::Display for PlantError {
             Self::OutOfRange { name } => write!(f, "{name} is out of its range"),
             Self::WrongLength { name } => write!(f, "{name} has the wrong number of entries"),
             Self::NoLimit => write!(f, "no stability limit in the searched range"),
+            Self::GivenUp => write!(
+                f,
+                "the search for the stability limit was given up: too much work (a higher speed_rpm or a lower f_hz needs less)"
+            ),
+            Self::Unsettled => write!(f, "the eigenvalues of the cut did not settle"),
+            Self::TooLarge { name, most } => write!(
+                f,
+                "{name} makes more than {most} steps (a higher speed or a lower f_hz needs fewer)"
+            ),
         }
     }
 }

@@ -48,6 +48,8 @@ pub struct Truth {
     /// Lowest limit at the nominal speed with fresh edges; `None` if there is none
     /// between 1 % and 4 times the largest depth of the cut.
     pub limit: Option<Border>,
+    /// Why there is none: none in the range, the search was given up, …
+    pub no_limit: Option<PlantError>,
     /// The zero-order limit beside it, m, where there is one.
     pub zero_order_m: Option<f64>,
     /// When the cut first becomes unstable, s.
@@ -75,17 +77,17 @@ impl Truth {
     pub fn of(process: &Process, duration_s: f64) -> Result<Self, PlantError> {
         let deepest = process.depth().largest();
         let rigid = process.modes().is_empty();
-        let border = (deepest > 0.0 && !rigid)
-            .then(|| {
-                let search = DepthSearch {
-                    low_m: SEARCH[0] * deepest,
-                    high_m: SEARCH[1] * deepest,
-                    ratio: 1.08,
-                    tolerance: 1e-4,
-                };
-                limit_of(process, f64::INFINITY, &search)
-            })
-            .and_then(Result::ok);
+        let border = if deepest > 0.0 && !rigid {
+            let search = DepthSearch {
+                low_m: SEARCH[0] * deepest,
+                high_m: SEARCH[1] * deepest,
+                ratio: 1.08,
+                tolerance: 1e-4,
+            };
+            limit_of(process, f64::INFINITY, &search)
+        } else {
+            Err(PlantError::NoLimit)
+        };
         let instants = if rigid {
             Vec::new()
         } else {
@@ -131,7 +133,8 @@ impl Truth {
             spindle_hz: process.spindle_hz(),
             teeth: process.teeth(),
             tooth_hz: process.spindle_hz() * process.teeth() as f64,
-            limit: border,
+            limit: border.ok(),
+            no_limit: border.err(),
             zero_order_m: zero_order_m(process),
             onset_s,
             end_s,
@@ -194,21 +197,24 @@ pub fn roots(
 
 /// Largest modulus of a multiplier: from 1 on the cut is unstable.
 fn radius(process: &Process, t: f64, depth_m: f64) -> Result<f64, PlantError> {
-    match process {
-        Process::Milling(c) => {
-            Ok(milling_delay(&frozen(c, t), depth_m, STEPS_PER_PERIOD)?.radius())
-        }
-        Process::Turning(c) => Ok(turning_roots(c, depth_m, 1)?
+    let radius = match process {
+        Process::Milling(c) => milling_delay(&frozen(c, t), depth_m, STEPS_PER_PERIOD)?.radius(),
+        Process::Turning(c) => turning_roots(c, depth_m, 1)?
             .first()
-            .map_or(0.0, |r| (r.growth_per_s / c.spindle_hz).exp())),
+            .map_or(0.0, |r| (r.growth_per_s / c.spindle_hz).exp()),
+    };
+    if radius.is_nan() {
+        return Err(PlantError::Unsettled);
     }
+    Ok(radius)
 }
 
 /// Lowest limit in the range of the search, as the process is at time `t` s; an
 /// infinite time means the full arc and fresh edges.
 ///
 /// # Errors
-/// `NoLimit` if there is none there; else as the validation of the process.
+/// `NoLimit` if there is none there; `GivenUp` and `Unsettled` as [`limit`]; else as the
+/// validation of the process.
 pub fn limit_of(process: &Process, t: f64, search: &DepthSearch) -> Result<Border, PlantError> {
     match process {
         Process::Milling(c) => {

@@ -1,6 +1,6 @@
 //! Options of `els`.
 
-use super::{number, pair, positive, within};
+use super::{pair, within};
 use crate::els::diagram::Cut;
 use crate::els::hammer::Sensor;
 use clap::{Args, Subcommand};
@@ -24,10 +24,10 @@ pub enum ElsCommand {
 #[derive(Debug, Clone, Copy, Args)]
 pub struct CutArgs {
     /// Specific cutting stiffness, N/mm².
-    #[arg(long, value_name = "N/MM2", default_value_t = 2000.0, value_parser = positive)]
+    #[arg(long, value_name = "N/MM2", default_value_t = 2000.0, value_parser = stiffness)]
     pub ks: f64,
     /// Teeth in the cut on average.
-    #[arg(long, default_value_t = 1.0, value_parser = positive)]
+    #[arg(long, default_value_t = 1.0, value_parser = teeth)]
     pub teeth_in_cut: f64,
     /// Share of the last wave that is cut again, 0 to 1.
     #[arg(long, default_value_t = 1.0, value_parser = share)]
@@ -200,10 +200,15 @@ fn angle(text: &str) -> Result<f64, String> {
 }
 
 fn load(text: &str) -> Result<f64, String> {
-    let x = number(text)?;
-    (x >= 0.0)
-        .then_some(x)
-        .ok_or("must be 0 or above".to_owned())
+    within(text, 0.0, 1e5)
+}
+
+fn stiffness(text: &str) -> Result<f64, String> {
+    within(text, 1e-3, 1e5)
+}
+
+fn teeth(text: &str) -> Result<f64, String> {
+    within(text, 1e-3, 100.0)
 }
 
 fn band(text: &str) -> Result<(f64, f64), String> {

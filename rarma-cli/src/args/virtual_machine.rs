@@ -1,6 +1,6 @@
 //! Options of the commands around the virtual machine tool.
 
-use super::{any_order, pair, positive, within};
+use super::{any_order, pair, within};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -18,7 +18,7 @@ pub struct LobesArgs {
           value_parser = |text: &str| text.parse::<usize>().ok().filter(|n| (1..=20_000).contains(n)).ok_or("must lie between 1 and 20000"))]
     pub speeds: usize,
     /// Largest depth in mm [default: twice the scenario's].
-    #[arg(long, value_name = "MM", value_parser = positive)]
+    #[arg(long, value_name = "MM", value_parser = depth)]
     pub max_depth_mm: Option<f64>,
     /// One JSON object on standard output.
     #[arg(long)]
@@ -34,7 +34,7 @@ pub struct ChooseOrderArgs {
     /// A TOML file, or the name of a shipped scenario.
     pub scenario: String,
     /// Depth in mm [default: the scenario's largest, or 0.8 of the limit below it].
-    #[arg(long, value_name = "MM", value_parser = positive)]
+    #[arg(long, value_name = "MM", value_parser = depth)]
     pub depth_mm: Option<f64>,
     /// Largest p.
     #[arg(long, value_name = "P", default_value_t = 8,
@@ -75,7 +75,7 @@ pub struct SweepArgs {
           value_parser = |text: &str| text.parse::<usize>().ok().filter(|n| (1..=5000).contains(n)).ok_or("must lie between 1 and 5000"))]
     pub steps: usize,
     /// Spindle speeds in 1/min instead of the scenario's, separated by commas.
-    #[arg(long, value_name = "RPM", value_delimiter = ',', value_parser = positive)]
+    #[arg(long, value_name = "RPM", value_delimiter = ',', value_parser = speed)]
     pub rpm: Vec<f64>,
     /// Order of the model that reads the damping, 0 to 30 each.
     #[arg(long, value_name = "P,Q", default_value = "6,5", value_parser = any_order)]
@@ -125,9 +125,17 @@ fn length(text: &str) -> Result<f64, String> {
 
 fn depths(text: &str) -> Result<(f64, f64), String> {
     let (low, high) = pair(text, ':', "LO:HI in mm, such as 0.05:1")?;
-    (low > 0.0 && high >= low && high <= 200.0)
+    (low >= 1e-6 && high >= low && high <= 200.0)
         .then_some((low, high))
-        .ok_or("must lie above 0 and up to 200, the lower depth first".to_owned())
+        .ok_or("must lie between 1e-6 and 200, the lower depth first".to_owned())
+}
+
+fn depth(text: &str) -> Result<f64, String> {
+    within(text, 1e-6, 400.0)
+}
+
+fn speed(text: &str) -> Result<f64, String> {
+    within(text, 60.0, 200_000.0)
 }
 
 fn speeds(text: &str) -> Result<(f64, f64), String> {

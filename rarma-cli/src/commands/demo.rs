@@ -6,7 +6,7 @@ use crate::args::DemoArgs;
 use crate::collect::{Collector, News};
 use crate::failure::Failure;
 use crate::output;
-use crate::report::{self, ReportInput};
+use crate::report::{self, Course, ReportInput, Sound};
 use crate::scenario;
 use firmware::App;
 use hal_sim::plant::cut::VirtualCut;
@@ -32,7 +32,9 @@ pub(super) fn main(args: &DemoArgs) -> Result<u8, Failure> {
     describe(&name, &truth, length as f64 / fs);
 
     // What the microphone hears is kept for the page's pictures.
-    let heard = Rc::new(RefCell::new(Vec::with_capacity(cut.len())));
+    let band = MonitorConfig::new(fs).band();
+    let band_hz = (band.low_hz, band.high_hz);
+    let heard = Rc::new(RefCell::new(Sound::new(fs, band_hz)));
     let ear = Rc::clone(&heard);
     let signal = cut.map(move |reading| {
         ear.borrow_mut().push(f64::from(reading.value));
@@ -49,15 +51,16 @@ pub(super) fn main(args: &DemoArgs) -> Result<u8, Failure> {
         channel: 0,
         every_s: EVERY_S,
     };
-    let (collector, frames) = play(&mut board, &job, length, &heard)?;
+    let mut course = Course::default();
+    let (collector, frames) = play(&mut board, &job, length, &heard, &mut course)?;
     output::write_all(&args.out, [("telemetry.bin".to_owned(), frames)])?;
-    let run = collector
-        .run()
+    let summary = collector
+        .summary()
         .ok_or_else(|| Failure::System("the box ended without its last frame".to_owned()))?;
 
     say!("");
-    show::verdict(&run.summary);
-    if let (Some(onset), Some(alarm)) = (truth.onset_s, run.summary.alarms.first()) {
+    show::verdict(&summary);
+    if let (Some(onset), Some(alarm)) = (truth.onset_s, summary.alarms.first()) {
         let ms = 1e3 * (alarm.on - onset);
         say!(
             "The depth passed the stability limit at {onset:.3} s: called {:.0} ms {} that.",
@@ -65,17 +68,17 @@ pub(super) fn main(args: &DemoArgs) -> Result<u8, Failure> {
             if ms < 0.0 { "before" } else { "after" }
         );
     }
-    let band = job.monitor.band();
     let page = report::write(
         &args.out,
         &ReportInput {
             title: "Demonstration: a simulated cut into chatter",
             source_name: &name,
-            samples: &heard.borrow(),
+            sound: &heard.borrow(),
             fs,
-            run: &run,
+            course: &course,
+            summary: &summary,
             threshold: job.monitor.threshold,
-            band_hz: (band.low_hz, band.high_hz),
+            band_hz,
             rpm: Some(60.0 * truth.spindle_hz),
             teeth: job.monitor.teeth,
             truth_onset_s: truth.onset_s,
@@ -84,7 +87,7 @@ pub(super) fn main(args: &DemoArgs) -> Result<u8, Failure> {
         },
     )?;
     say!("Report: {}", page.display());
-    if run.summary.alarms.is_empty() {
+    if summary.alarms.is_empty() {
         return Err(Failure::System(
             "the simulated chatter was not called: a defect of this program".to_owned(),
         ));
@@ -116,7 +119,8 @@ fn play(
     board: &mut SimBoard,
     job: &MonitorJob,
     length: u64,
-    heard: &Rc<RefCell<Vec<f64>>>,
+    heard: &Rc<RefCell<Sound>>,
+    course: &mut Course,
 ) -> Result<(Collector, Vec<u8>), Failure> {
     let bar = show::progress(length, "cutting");
     let mut collector = Collector::default();
@@ -136,6 +140,7 @@ fn play(
                 frame.map_err(|why| Failure::System(format!("a frame is broken: {why:?}")))?;
             let news = collector.take(&message);
             show::alarm(&news, &bar);
+            course.take(&news);
             if let News::Line(line) = news
                 && state != Some(line.state)
             {
@@ -145,7 +150,7 @@ fn play(
             }
         }
         frames.extend(bytes);
-        bar.set_position(heard.borrow().len() as u64);
+        bar.set_position(heard.borrow().samples());
         if outcome.is_some() {
             bar.finish_and_clear();
             return Ok((collector, frames));

@@ -2,7 +2,6 @@
 
 mod band;
 mod cers;
-mod channel;
 mod choose_order;
 mod connect;
 mod decode;
@@ -12,6 +11,7 @@ mod estimators;
 mod identify;
 mod ldbb;
 mod lines;
+mod listening;
 mod lobes;
 mod monitor;
 mod order;
@@ -21,6 +21,7 @@ mod psd;
 mod sensor_box;
 mod show;
 mod simulate;
+mod source;
 mod sweep;
 mod tacho;
 mod target;
@@ -32,6 +33,7 @@ pub use monitor::{job, listen, listen_with_tacho};
 pub use order::{Candidate, CandidateMode};
 pub use pair::listen as listen_pair;
 pub use psd::Density;
+pub use source::About;
 pub use target::on_chip;
 
 use crate::args::{Cli, Command};

@@ -1,10 +1,8 @@
 //! `rarma monitor --second`: two channels of one recording, one verdict.
 
-use super::channel;
-use crate::args::MonitorArgs;
 use crate::collect::{Collector, News};
 use crate::failure::Failure;
-use crate::input::{self, Recording};
+use crate::input::Recording;
 use crate::record::{ChannelRecord, FaultRecord, Run};
 use firmware::monitor::Telling;
 use rarma_core::condition::{Fault, HealthCounts};
@@ -12,43 +10,81 @@ use rarma_core::decide::ChannelFault;
 use rarma_core::monitor::{PairConfig, PairMonitor, PairReport};
 use rarma_core::wire::{MonitorJob, Telemetry};
 
-/// Both channels of a recording. One that is sick goes in as it is, with a notice: the
-/// monitor leaves it out. The first of the two is the one that pictures are made of.
-///
-/// # Errors
-/// The same channel twice, a channel that is not there, or two that are both sick.
-pub fn read(args: &MonitorArgs, second: usize) -> Result<[Recording; 2], Failure> {
-    let path = &args.input.input;
-    if args.input.channel == second {
-        return Err(Failure::Usage(format!(
-            "--second: must be another channel than --channel (both are {second})"
-        )));
+/// Stretches without a channel that a summary lists, the first ones.
+const MOST_FAULTS: usize = 1_000;
+
+/// A pair of monitors over two channels in step, on the host.
+pub(super) struct Pair {
+    monitor: PairMonitor<f32>,
+    telling: Telling,
+    channels: [Log; 2],
+    fs: f64,
+}
+
+impl Pair {
+    /// For two channels of a recording, counted from 0.
+    ///
+    /// # Errors
+    /// Settings out of range.
+    pub(super) fn new(job: &MonitorJob, channels: [usize; 2]) -> Result<Self, Failure> {
+        let refused = |error| Failure::Usage(format!("setting out of range: {error:?}"));
+        Ok(Self {
+            monitor: PairMonitor::new(&PairConfig::new(job.monitor)).map_err(refused)?,
+            telling: Telling::new(job),
+            channels: channels.map(Log::new),
+            fs: job.monitor.fs_hz,
+        })
     }
-    let first = channel::open(args, args.input.channel)?;
-    let remedy = "record both sensors into one file";
-    channel::require(args, "--second", second, first.channels, remedy)?;
-    let both = [first, channel::open(args, second)?];
-    for notice in &both[0].notices {
-        eprintln!("{}: {notice}", path.display());
+
+    pub(super) fn started(&self) -> Telemetry {
+        self.telling.started()
     }
-    let checked = both.each_ref().map(input::check);
-    if let [Err(why), Err(_)] = checked {
-        return Err(why.into());
-    }
-    for (recording, checked) in both.iter().zip(checked) {
-        if let Err(why) = checked {
-            eprintln!(
-                "{why}; channel {}: left out while it is so",
-                recording.channel
-            );
+
+    /// Takes one sample of each.
+    pub(super) fn sample(
+        &mut self,
+        x: [f32; 2],
+        collector: &mut Collector,
+        hear: &mut impl FnMut(News),
+    ) {
+        let Some(report) = self.monitor.push(x) else {
+            return;
+        };
+        let histogram = || self.monitor.histogram();
+        self.telling
+            .report(&report.report, histogram, &mut |message| {
+                let mut news = collector.take(message);
+                if let News::Line(line) = &mut news {
+                    line.agreement = Some(report.agreement);
+                }
+                hear(news);
+            });
+        for (i, log) in self.channels.iter_mut().enumerate() {
+            log.take(i, &report, self.fs);
         }
     }
-    Ok(both)
+
+    /// A tacho pulse has just come, `before` samples ago.
+    pub(super) fn pulse(&mut self, before: f32) {
+        self.monitor.pulse(before);
+    }
+
+    pub(super) fn finished(&self) -> Telemetry {
+        let health = [0, 1].map(|i| self.monitor.health(i).unwrap_or_default());
+        let samples = self.monitor.samples();
+        Telemetry::Finished(self.telling.finished(samples, total(health)))
+    }
+
+    /// What befell each channel.
+    pub(super) fn records(self) -> Vec<ChannelRecord> {
+        let end_s = self.monitor.samples() as f64 / self.fs;
+        self.channels.map(|log| log.record(end_s)).into()
+    }
 }
 
 /// Runs a pair of monitors over two channels in step, on the host. `news` is called
-/// once per sample with what has just been said, if anything; `pulses` are those of a
-/// tacho, see [`listen_with_tacho`](super::listen_with_tacho), or none.
+/// with what is said; `pulses` are those of a tacho, see
+/// [`listen_with_tacho`](super::listen_with_tacho), or none.
 ///
 /// # Errors
 /// Settings out of range.
@@ -56,48 +92,13 @@ pub fn listen(
     job: &MonitorJob,
     recordings: &[Recording; 2],
     pulses: &[Option<f32>],
-    mut news: impl FnMut(News<'_>),
+    news: impl FnMut(&News),
 ) -> Result<Run, Failure> {
-    let refused = |error| Failure::Usage(format!("setting out of range: {error:?}"));
-    let mut pair = PairMonitor::new(&PairConfig::new(job.monitor)).map_err(refused)?;
-    let mut telling = Telling::new(job);
-    let mut collector = Collector::default();
-    collector.take(&telling.started());
-    let mut channels = recordings.each_ref().map(|r| Log::new(r.channel));
-    let fs = job.monitor.fs_hz;
     let [first, second] = recordings;
-    for (n, (a, b)) in first.samples.iter().zip(&second.samples).enumerate() {
-        let mut said = false;
-        if let Some(report) = pair.push([*a as f32, *b as f32]) {
-            let mut line = false;
-            telling.report(&report.report, || pair.histogram(), &mut |message| {
-                said = true;
-                line |= matches!(message, Telemetry::Verdict(_));
-                news(collector.take(message));
-            });
-            if line {
-                collector.agreed(report.agreement);
-            }
-            for (i, log) in channels.iter_mut().enumerate() {
-                log.take(i, &report, fs);
-            }
-        }
-        if !said {
-            news(News::None);
-        }
-        if let Some(before) = pulses.get(n).copied().flatten() {
-            pair.pulse(before);
-        }
-    }
-    let health = [0, 1].map(|i| pair.health(i).unwrap_or_default());
-    let finished = telling.finished(pair.samples(), total(health));
-    collector.take(&Telemetry::Finished(finished));
-    let mut run = collector.run().ok_or_else(|| {
-        Failure::System("the run has no end: a defect of this program".to_owned())
-    })?;
-    let end_s = pair.samples() as f64 / fs;
-    run.summary.channels = Some(channels.map(|log| log.record(end_s)).into());
-    Ok(run)
+    let channels = [first.channel, second.channel];
+    let samples = first.samples.iter().zip(&second.samples);
+    let ears = super::listening::Ears::two(job, channels)?;
+    ears.whole(samples.map(|(a, b)| [*a as f32, *b as f32]), pulses, news)
 }
 
 /// What befell each channel, in words.
@@ -108,7 +109,10 @@ pub fn words(channels: &[ChannelRecord]) {
             None => format!("{} from {:.3} s to the end", f.fault, f.on),
         };
         if !channel.faults.is_empty() {
-            let why: Vec<String> = channel.faults.iter().map(stretch).collect();
+            let mut why: Vec<String> = channel.faults.iter().map(stretch).collect();
+            if channel.faults_left_out > 0 {
+                why.push(format!("and {} times more", channel.faults_left_out));
+            }
             say!(
                 "Channel {} was left out for {:.2} s: {}.",
                 channel.channel,
@@ -144,7 +148,11 @@ fn total([a, b]: [HealthCounts; 2]) -> HealthCounts {
 struct Log {
     channel: usize,
     faults: Vec<FaultRecord>,
+    left_out: u64,
+    dropped_s: f64,
+    /// What is wrong now, and since when, s.
     now: Option<ChannelFault>,
+    since: Option<f64>,
 }
 
 impl Log {
@@ -152,7 +160,10 @@ impl Log {
         Self {
             channel,
             faults: Vec::new(),
+            left_out: 0,
+            dropped_s: 0.0,
             now: None,
+            since: None,
         }
     }
 
@@ -162,26 +173,35 @@ impl Log {
             return;
         }
         let t = report.report.sample as f64 / fs;
-        if let (Some(_), Some(last)) = (self.now, self.faults.last_mut()) {
-            last.off = Some(t);
-        }
-        if let Some(fault) = fault {
-            self.faults.push(FaultRecord {
-                fault: fault_word(fault).to_owned(),
-                on: t,
-                off: None,
-            });
-        }
+        self.end(Some(t), t);
+        self.since = fault.map(|_| t);
         self.now = fault;
     }
 
-    fn record(self, end_s: f64) -> ChannelRecord {
-        let length = |f: &FaultRecord| f.off.unwrap_or(end_s) - f.on;
+    /// Ends the stretch that goes on, at `off` or with the recording.
+    fn end(&mut self, off: Option<f64>, at: f64) {
+        let (Some(fault), Some(on)) = (self.now.take(), self.since.take()) else {
+            return;
+        };
+        self.dropped_s += at - on;
+        if self.faults.len() < MOST_FAULTS {
+            self.faults.push(FaultRecord {
+                fault: fault_word(fault).to_owned(),
+                on,
+                off,
+            });
+        } else {
+            self.left_out += 1;
+        }
+    }
+
+    fn record(mut self, end_s: f64) -> ChannelRecord {
+        self.end(None, end_s);
         ChannelRecord {
             channel: self.channel,
-            // An empty sum of floats is −0.
-            dropped_s: self.faults.iter().map(length).fold(0.0, |a, b| a + b),
+            dropped_s: self.dropped_s,
             faults: self.faults,
+            faults_left_out: self.left_out,
         }
     }
 }

@@ -3,7 +3,7 @@
 use crate::collect::decimal;
 use crate::failure::Failure;
 use crate::input;
-use crate::record::{ModeRecord, Run};
+use crate::record::{Line, ModeRecord};
 use rarma_core::decide::Structure;
 use std::path::Path;
 
@@ -15,45 +15,105 @@ pub fn structure(path: Option<&Path>) -> Result<Option<Structure<f64>>, Failure>
     Ok(path.map(input::read_structure).transpose()?)
 }
 
-/// Adds the part of the process to every mode of a run.
-pub fn annotate(run: &mut Run, structure: &Structure<f64>) {
-    for mode in run.lines.iter_mut().flat_map(|line| &mut line.modes) {
+/// Adds the part of the process to every mode of a line.
+pub fn annotate(line: &mut Line, structure: &Structure<f64>) {
+    for mode in &mut line.modes {
         let process = structure.process_damping((mode.f, mode.f_sd), (mode.zeta, mode.zeta_sd));
         mode.zeta_process = Some(process.map(|p| decimal(p.zeta as f32)));
         mode.zeta_process_sd = Some(process.map(|p| decimal(p.zeta_sd as f32)));
     }
 }
 
-/// A line for each mode of the structure that was heard: the median of what the process
-/// adds to its damping, and how often it was for certain (two standard deviations).
-pub fn words(run: &Run, structure: &Structure<f64>) {
-    for (i, at_rest) in structure.modes().iter().enumerate() {
-        let read = |m: &ModeRecord| {
-            let p = structure.process_damping((m.f, m.f_sd), (m.zeta, m.zeta_sd))?;
-            (p.mode == i).then_some((p.zeta, p.significance))
+/// Readings of a mode that are kept; of more, every second, fourth, … is.
+const MOST: usize = 1 << 16;
+
+/// What the process adds to each mode of a structure over a run.
+pub struct Added {
+    structure: Structure<f64>,
+    modes: Vec<Readings>,
+}
+
+/// What it adds to one mode.
+#[derive(Clone)]
+struct Readings {
+    heard: u64,
+    sure: u64,
+    /// Every `step`th reading.
+    kept: Vec<f64>,
+    step: u64,
+}
+
+impl Added {
+    /// Nothing heard yet.
+    pub fn new(structure: Structure<f64>) -> Self {
+        let none = Readings {
+            heard: 0,
+            sure: 0,
+            kept: Vec::new(),
+            step: 1,
         };
-        let mut read: Vec<(f64, f64)> = run
-            .lines
-            .iter()
-            .filter_map(|line| line.modes.iter().find_map(read))
-            .collect();
-        read.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let Some((median, _)) = read.get(read.len() / 2) else {
-            say!(
-                "Mode at {:.1} Hz ({:.2} % at rest): not heard.",
+        Self {
+            modes: vec![none; structure.modes().len()],
+            structure,
+        }
+    }
+
+    /// Takes a line, and writes into it what the process adds.
+    pub fn take(&mut self, line: &mut Line) {
+        annotate(line, &self.structure);
+        for (i, readings) in self.modes.iter_mut().enumerate() {
+            let read = |m: &ModeRecord| {
+                let p = self
+                    .structure
+                    .process_damping((m.f, m.f_sd), (m.zeta, m.zeta_sd))?;
+                (p.mode == i).then_some((p.zeta, p.significance))
+            };
+            if let Some((zeta, significance)) = line.modes.iter().find_map(read) {
+                readings.take(zeta, significance.abs() > 2.0);
+            }
+        }
+    }
+
+    /// A line for each mode of the structure that was heard: the median of what the
+    /// process adds to its damping, and how often it was for certain (two standard
+    /// deviations).
+    pub fn words(self) {
+        for (at_rest, mut read) in self.structure.modes().iter().zip(self.modes) {
+            let rest = format!(
+                "Mode at {:.1} Hz ({:.2} % at rest)",
                 at_rest.f_hz,
                 100.0 * at_rest.zeta
             );
-            continue;
-        };
-        let sure = read.iter().filter(|(_, s)| s.abs() > 2.0).count();
-        say!(
-            "Mode at {:.1} Hz ({:.2} % at rest): the process adds {:+.2} % (median of {} lines, {} of them beyond two standard deviations).",
-            at_rest.f_hz,
-            100.0 * at_rest.zeta,
-            100.0 * median,
-            read.len(),
-            sure
-        );
+            read.kept.sort_by(f64::total_cmp);
+            match read.kept.get(read.kept.len() / 2) {
+                Some(median) => say!(
+                    "{rest}: the process adds {:+.2} % (median of {} lines, {} of them beyond two standard deviations).",
+                    100.0 * median,
+                    read.heard,
+                    read.sure
+                ),
+                None => say!("{rest}: not heard."),
+            }
+        }
+    }
+}
+
+impl Readings {
+    fn take(&mut self, zeta: f64, sure: bool) {
+        if self.heard.is_multiple_of(self.step) {
+            if self.kept.len() == MOST {
+                let mut n = 0;
+                self.kept.retain(|_| {
+                    n += 1;
+                    n % 2 == 1
+                });
+                self.step *= 2;
+            }
+            if self.heard.is_multiple_of(self.step) {
+                self.kept.push(zeta);
+            }
+        }
+        self.heard += 1;
+        self.sure += u64::from(sure);
     }
 }

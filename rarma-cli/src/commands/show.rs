@@ -1,15 +1,18 @@
 //! What `monitor`, `target` and `demo` show: lines, alarms, verdict, page.
 
-use super::{pair, process};
+use super::pair;
+use super::process::Added;
+use super::source::About;
 use crate::args::MonitorArgs;
 use crate::collect::News;
 use crate::failure::Failure;
-use crate::input::Recording;
 use crate::output::stdout;
-use crate::record::{NoticeKind, NoticeRecord, Run, State, Summary, TachoFault};
-use crate::report::{self, ReportInput};
+use crate::record::{NoticeKind, NoticeRecord, State, Summary, TachoFault};
+use crate::report::{self, Course, ReportInput, Sound};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rarma_core::decide::Structure;
+use rarma_core::wire::MonitorJob;
+use serde::Serialize;
 use serde_json::json;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
@@ -46,7 +49,7 @@ pub fn waiting(what: String) -> ProgressBar {
 }
 
 /// An alarm as it happens, for people.
-pub fn alarm(news: &News<'_>, bar: &ProgressBar) {
+pub fn alarm(news: &News, bar: &ProgressBar) {
     let text = match news {
         News::On(a) => format!(
             "{:8.3} s  CHATTER called: {:.1} Hz, damping {:.2} %",
@@ -60,31 +63,156 @@ pub fn alarm(news: &News<'_>, bar: &ProgressBar) {
             a.f,
             100.0 * a.zeta
         ),
-        News::None | News::Line(_) => return,
+        News::None | News::Line(_) | News::Histogram(_) => return,
     };
     bar.suspend(|| say!("{text}"));
 }
 
-/// Lines and summary as JSON, one object a line.
-fn json_lines(run: &Run) {
-    // What could not be written is told when the command ends.
-    let _ = write_json(run, io::BufWriter::new(stdout::Stdout));
+/// JSON as it comes, one object a line.
+struct JsonLines {
+    out: io::BufWriter<stdout::Stdout>,
 }
 
-fn write_json(run: &Run, mut out: impl Write) -> io::Result<()> {
-    for line in &run.lines {
-        serde_json::to_writer(&mut out, line)?;
-        out.write_all(b"\n")?;
+impl JsonLines {
+    fn new() -> Self {
+        Self {
+            out: io::BufWriter::new(stdout::Stdout),
+        }
     }
-    serde_json::to_writer(&mut out, &json!({ "summary": run.summary }))?;
-    out.write_all(b"\n")?;
-    out.flush()
+
+    fn put(&mut self, value: &impl Serialize) {
+        // Standard output keeps its first failure itself; flush tells it.
+        let _ = serde_json::to_writer(&mut self.out, value)
+            .map_err(io::Error::from)
+            .and_then(|()| self.out.write_all(b"\n"));
+    }
+
+    /// What has been said so far reaches the reader.
+    ///
+    /// # Errors
+    /// It could not be written.
+    fn flush(&mut self) -> Result<(), Failure> {
+        let _ = self.out.flush();
+        stdout::check()
+    }
+}
+
+/// Those who hear what a monitor says as it says it: a reader of JSON or a person, and
+/// the page.
+pub struct Audience<'a> {
+    args: &'a MonitorArgs,
+    bar: ProgressBar,
+    json: Option<JsonLines>,
+    added: Option<Added>,
+    page: Option<Page>,
+    samples: u64,
+}
+
+/// What a page is made of.
+struct Page {
+    name: String,
+    fs: f64,
+    band_hz: (f64, f64),
+    sound: Sound,
+    course: Course,
+}
+
+impl<'a> Audience<'a> {
+    /// Nothing has been said yet.
+    pub fn new(
+        args: &'a MonitorArgs,
+        about: &About,
+        job: &MonitorJob,
+        structure: Option<Structure<f64>>,
+        bar: ProgressBar,
+    ) -> Self {
+        let band = job.monitor.band();
+        let band_hz = (band.low_hz, band.high_hz);
+        let page = || Page {
+            name: about.path.display().to_string(),
+            fs: about.fs,
+            band_hz,
+            sound: Sound::new(about.fs, band_hz),
+            course: Course::default(),
+        };
+        Self {
+            args,
+            bar,
+            json: args.json.then(JsonLines::new),
+            added: structure.map(Added::new),
+            page: args.report.as_ref().map(|_| page()),
+            samples: 0,
+        }
+    }
+
+    /// The samples that come next, for the pictures.
+    pub fn hear(&mut self, samples: &[f64]) {
+        if let Some(page) = &mut self.page {
+            samples.iter().for_each(|x| page.sound.push(*x));
+        }
+        self.samples += samples.len() as u64;
+        self.bar.set_position(self.samples);
+    }
+
+    /// What was said.
+    pub fn take(&mut self, mut news: News) {
+        if let (News::Line(line), Some(added)) = (&mut news, &mut self.added) {
+            added.take(line);
+        }
+        if let Some(page) = &mut self.page {
+            page.course.take(&news);
+        }
+        match (&news, &mut self.json) {
+            (News::Line(line), Some(json)) => json.put(line),
+            (_, None) => alarm(&news, &self.bar),
+            _ => {}
+        }
+    }
+
+    /// Passes on what has been said; false where nobody is left to hear more: what is said
+    /// cannot be written any more, and no page is wanted.
+    pub fn listens(&mut self) -> bool {
+        let read = match &mut self.json {
+            Some(json) => json.flush(),
+            None => stdout::check(),
+        };
+        read.is_ok() || self.page.is_some()
+    }
+
+    /// Summary, page and exit code of a finished run.
+    ///
+    /// # Errors
+    /// Output cannot be written.
+    pub fn finish(self, summary: &Summary) -> Result<u8, Failure> {
+        self.bar.finish_and_clear();
+        if let Some(mut json) = self.json {
+            for notice in &summary.notices {
+                eprintln!("{}", notice_words(notice));
+            }
+            json.put(&json!({ "summary": summary }));
+            // What could not be written is told when the command ends, its page in place.
+            let _ = json.flush();
+        } else {
+            verdict(summary);
+            pair::words(summary.channels.as_deref().unwrap_or_default());
+            if let Some(added) = self.added {
+                added.words();
+            }
+        }
+        if let (Some(dir), Some(page)) = (&self.args.report, &self.page) {
+            write(dir, self.args, page, summary)?;
+        }
+        Ok(u8::from(!summary.alarms.is_empty()))
+    }
 }
 
 /// The verdict in a few lines.
 pub fn verdict(summary: &Summary) {
     for notice in &summary.notices {
         say!("{}", notice_words(notice));
+    }
+    if summary.notices_left_out > 0 {
+        say!("And {} more warnings like these.", summary.notices_left_out);
     }
     let seconds = summary.samples as f64 / summary.fs;
     if summary.alarms.is_empty() {
@@ -101,6 +229,9 @@ pub fn verdict(summary: &Summary) {
             alarm.on,
             100.0 * alarm.zeta
         );
+    }
+    if summary.alarms_left_out > 0 {
+        say!("And {} times more.", summary.alarms_left_out);
     }
     let mut states: Vec<(&State, &f64)> = summary.state_seconds.iter().collect();
     states.sort_by(|a, b| b.1.total_cmp(a.1));
@@ -152,27 +283,18 @@ pub fn state_word(state: State) -> &'static str {
 }
 
 /// Writes the page of a recording.
-///
-/// # Errors
-/// The folder cannot be written.
-pub fn page(
-    dir: &Path,
-    args: &MonitorArgs,
-    recording: &Recording,
-    run: &Run,
-    band_hz: (f64, f64),
-) -> Result<(), Failure> {
-    let name = recording.path.display().to_string();
+fn write(dir: &Path, args: &MonitorArgs, page: &Page, summary: &Summary) -> Result<(), Failure> {
     let path = report::write(
         dir,
         &ReportInput {
-            title: &name,
-            source_name: &name,
-            samples: &recording.samples,
-            fs: recording.fs,
-            run,
+            title: &page.name,
+            source_name: &page.name,
+            sound: &page.sound,
+            fs: page.fs,
+            course: &page.course,
+            summary,
             threshold: args.threshold,
-            band_hz,
+            band_hz: page.band_hz,
             rpm: args.rpm,
             teeth: args.teeth,
             truth_onset_s: None,
@@ -182,36 +304,4 @@ pub fn page(
     )?;
     eprintln!("report: {}", path.display());
     Ok(())
-}
-
-/// Lines (JSON or words), page and exit code of a finished run.
-///
-/// # Errors
-/// Output cannot be written.
-pub fn finish(
-    args: &MonitorArgs,
-    recording: &Recording,
-    run: &mut Run,
-    band_hz: (f64, f64),
-    structure: Option<&Structure<f64>>,
-) -> Result<u8, Failure> {
-    if let Some(structure) = structure {
-        process::annotate(run, structure);
-    }
-    if args.json {
-        for notice in &run.summary.notices {
-            eprintln!("{}", notice_words(notice));
-        }
-        json_lines(run);
-    } else {
-        verdict(&run.summary);
-        pair::words(run.summary.channels.as_deref().unwrap_or_default());
-        if let Some(structure) = structure {
-            process::words(run, structure);
-        }
-    }
-    if let Some(dir) = &args.report {
-        page(dir, args, recording, run, band_hz)?;
-    }
-    Ok(u8::from(!run.summary.alarms.is_empty()))
 }

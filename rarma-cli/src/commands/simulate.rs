@@ -115,7 +115,10 @@ pub(super) fn describe(loaded: &Loaded, truth: &TruthRecord) {
                 .zero_order_mm
                 .map_or("not valid here".to_owned(), |d| format!("{d:.4} mm"))
         ),
-        None => say!("  no stability limit up to four times the largest depth"),
+        None => say!(
+            "  stability limit: {}",
+            truth.no_limit.as_deref().unwrap_or("not asked for")
+        ),
     }
     match (truth.onset_s, truth.end_s) {
         (Some(on), Some(off)) => say!("  unstable from {on:.3} s to {off:.3} s"),

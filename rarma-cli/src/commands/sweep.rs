@@ -49,6 +49,9 @@ pub struct SweepPoint {
     pub location_um: Option<f64>,
 }
 
+/// Cutting that is simulated at most, s.
+const MOST_SECONDS: f64 = 100_000.0;
+
 /// All depths of one case.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Sweep {
@@ -62,6 +65,14 @@ pub struct Sweep {
 
 pub(super) fn main(args: &SweepArgs) -> Result<u8, Failure> {
     let (p, q) = args.order;
+    let cuts = args.scenarios.len() * args.rpm.len().max(1) * args.steps;
+    let seconds = cuts as f64 * args.seconds;
+    if seconds > MOST_SECONDS {
+        return Err(Failure::Usage(format!(
+            "--steps: {cuts} cuts of {} s are {seconds:.0} s of cutting (allowed: up to {MOST_SECONDS}; fewer --steps or --rpm, or less --seconds)",
+            args.seconds
+        )));
+    }
     let mut all = Vec::new();
     for name in &args.scenarios {
         let loaded = scenario::load(name, args.seed)?;

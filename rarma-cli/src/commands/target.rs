@@ -5,9 +5,11 @@
 //! that `rarma monitor` takes; the image reads it by semihosting, and its wire
 //! frames are decoded here.
 
+use super::show::Audience;
+use super::source::About;
 use super::{monitor, process, show};
 use crate::args::MonitorArgs;
-use crate::collect::Collector;
+use crate::collect::WholeRun;
 use crate::failure::Failure;
 use crate::input::Recording;
 use crate::output::{self, WavFile};
@@ -35,20 +37,16 @@ pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
     }
     let structure = process::structure(args.structure.as_deref())?;
     let recording = monitor::read(&args.input)?;
-    let job = monitor::job(args, &recording)?;
+    let about = About::from(&recording);
+    let job = monitor::job(args, &about)?;
     let elf = image()?;
     let bar = show::progress(0, "the emulated chip is listening");
     bar.enable_steady_tick(std::time::Duration::from_millis(200));
-    let mut run = on_chip(&elf, &job, &recording)?;
-    bar.finish_and_clear();
-    let band = job.monitor.band();
-    show::finish(
-        args,
-        &recording,
-        &mut run,
-        (band.low_hz, band.high_hz),
-        structure.as_ref(),
-    )
+    let run = on_chip(&elf, &job, &recording)?;
+    let mut audience = Audience::new(args, &about, &job, structure, bar);
+    audience.hear(&recording.samples);
+    run.tell(|news| audience.take(news));
+    audience.finish(&run.summary)
 }
 
 /// Runs one job on the emulated chip.
@@ -58,7 +56,7 @@ pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
 pub fn on_chip(elf: &Path, job: &MonitorJob, recording: &Recording) -> Result<Run, Failure> {
     qemu::ensure_installed().map_err(|why| Failure::System(why.to_string()))?;
     let folder = tempfile::tempdir()
-        .map_err(|why| output::failed(std::env::temp_dir(), "make a folder in it", &why))?;
+        .map_err(|why| output::failed(env::temp_dir(), "make a folder in it", &why))?;
     let at = |name: &str| folder.path().join(name);
     let mut bytes = [0u8; 256];
     let bytes = postcard::to_slice(job, &mut bytes)
@@ -77,7 +75,7 @@ pub fn on_chip(elf: &Path, job: &MonitorJob, recording: &Recording) -> Result<Ru
         .map_err(|why| Failure::System(format!("cannot start {}: {why}", qemu::PROGRAM)))?;
     let status = qemu::wait(&mut child, &elf).map_err(|why| Failure::System(why.to_string()))?;
 
-    let mut collector = Collector::default();
+    let mut collector = WholeRun::default();
     let mut deframer = Deframer::default();
     let mut expected = 0;
     for byte in fs::read(at("out.bin")).unwrap_or_default() {
@@ -100,7 +98,7 @@ pub fn on_chip(elf: &Path, job: &MonitorJob, recording: &Recording) -> Result<Ru
             }
         }
     }
-    if let Some(refusal) = collector.refused() {
+    if let Some(refusal) = collector.collector().refused() {
         return Err(Failure::System(format!(
             "the image refused the job: {refusal:?}"
         )));

@@ -1,6 +1,7 @@
 //! Recordings in: WAV, CSV and raw little-endian floats become one [`Recording`].
 //!
-//! Whole files are read at once (a minute at 48 kHz is 23 MB of `f64`). What is
+//! A [`Stream`] gives a recording block by block, of any length and from a pipe as well;
+//! [`read`] takes one channel whole (a minute at 48 kHz is 23 MB of `f64`). What is
 //! wrong with a file is said in one line that names the file, the place, the
 //! reason and what to do ([`InputError`]); what is only odd, such as a recording
 //! cut short, is read as far as it goes and listed in [`Recording::notices`].
@@ -12,6 +13,7 @@
 //! | `.f32`, `.f64` | little-endian floats, one channel | [`ReadOptions::fs`] |
 //! | `.frames` | record of a box with raw samples | the record, or [`ReadOptions::fs`] |
 
+mod bytes;
 mod circle;
 mod circle_write;
 mod error;
@@ -20,6 +22,7 @@ mod health;
 mod load_steps;
 mod raw;
 mod receptance;
+mod stream;
 mod structure;
 mod table;
 mod time;
@@ -30,14 +33,14 @@ pub use circle::{Circles, read_circles};
 pub use circle_write::circle_file;
 pub(crate) use error::system_words;
 pub use error::{InputError, Problem};
-pub use health::{check, check_size};
+pub use health::{Health, check, check_size};
 pub use load_steps::read_load_steps;
 pub use receptance::{Function, Plane, Role, merge, read_receptances, write_uff};
+pub use stream::{End, Known, Raw, Stream};
 pub use structure::read as read_structure;
 pub use whole::{bytes, text};
 
 use crate::raw_streams::Gap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// What the caller knows or wants about a file.
@@ -103,18 +106,6 @@ impl Recording {
     }
 }
 
-/// What a format reader hands back: [`Recording`] without the file's name.
-#[derive(Debug)]
-struct Decoded {
-    format: String,
-    fs: f64,
-    samples: Vec<f64>,
-    step: Option<f64>,
-    channels: usize,
-    gaps: Vec<Gap>,
-    notices: Vec<String>,
-}
-
 /// The formats told apart by the extension.
 #[derive(Clone, Copy)]
 enum Format {
@@ -122,106 +113,85 @@ enum Format {
     Table,
     RawF32,
     RawF64,
+    RawS16,
     Frames,
 }
 
 impl Format {
-    fn of(path: &Path) -> Option<Self> {
-        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
-        match extension.as_str() {
-            "wav" | "wave" => Some(Self::Wav),
-            "csv" | "tsv" | "txt" => Some(Self::Table),
-            "f32" => Some(Self::RawF32),
-            "f64" => Some(Self::RawF64),
-            "frames" => Some(Self::Frames),
-            _ => None,
+    fn of(path: &Path) -> Result<Self, InputError> {
+        let extension = path.extension().map(|e| e.to_string_lossy());
+        match extension.as_deref().map(str::to_ascii_lowercase).as_deref() {
+            Some("wav" | "wave") => Ok(Self::Wav),
+            Some("csv" | "tsv" | "txt") => Ok(Self::Table),
+            Some("f32") => Ok(Self::RawF32),
+            Some("f64") => Ok(Self::RawF64),
+            Some("frames") => Ok(Self::Frames),
+            _ => Err(InputError::new(
+                Problem::Extension,
+                "name",
+                match extension {
+                    Some(e) => format!("unknown extension '.{e}'"),
+                    None => "no extension, so the format is unknown".into(),
+                },
+                "use .wav, .csv, .f32, .f64 or .frames",
+            )),
         }
     }
 }
 
-/// Reads one channel of the recording at `path`.
+/// Reads one channel of the recording at `path`, `-` being standard input.
 ///
 /// # Errors
 /// The file cannot be opened or is no recording, its structure is broken, the
 /// channel or the rate is missing, or (unless `opts.check` is off) its samples
 /// are not fit to be analysed. See [`Problem`] for the list.
 pub fn read(path: &Path, opts: &ReadOptions) -> Result<Recording, InputError> {
-    let fail = |problem, place: &str, what: String, remedy: &str| {
-        InputError::new(problem, place, what, remedy).in_file(path)
+    read_raw(path, opts, None)
+}
+
+/// [`read`], where `raw` says what comes without a header.
+///
+/// # Errors
+/// See [`read`].
+pub fn read_raw(
+    path: &Path,
+    opts: &ReadOptions,
+    raw: Option<Raw>,
+) -> Result<Recording, InputError> {
+    let known = Known {
+        fs: opts.fs,
+        stream: opts.stream,
     };
-    if let Some(fs) = opts.fs.filter(|fs| !(fs.is_finite() && *fs > 0.0)) {
-        return Err(fail(
-            Problem::Rate,
-            "option --fs",
-            format!("{fs} is not a sampling rate"),
-            "give a positive number of hertz",
-        ));
+    let mut stream = Stream::open(path, known, raw)?;
+    stream.want(&[opts.channel])?;
+    let (mut samples, mut gaps, mut block) = (Vec::new(), Vec::new(), [Vec::new()]);
+    while stream.next(&mut block)? {
+        if stream.missing() > 0 {
+            gaps.push(Gap {
+                at: samples.len() as u64,
+                samples: stream.missing(),
+            });
+        }
+        samples.extend_from_slice(&block[0]);
     }
-    let meta = fs::metadata(path).map_err(|e| InputError::from_io(&e).in_file(path))?;
-    if meta.is_dir() {
-        return Err(fail(
-            Problem::Directory,
-            "open",
-            "is a directory".into(),
-            "name one recording inside it",
-        ));
-    }
-    let Some(format) = Format::of(path) else {
-        return Err(fail(
-            Problem::Extension,
-            "name",
-            match path.extension() {
-                Some(e) => format!("unknown extension '.{}'", e.to_string_lossy()),
-                None => "no extension, so the format is unknown".into(),
-            },
-            "use .wav, .csv, .f32, .f64 or .frames",
-        ));
-    };
-    let bytes = fs::read(path).map_err(|e| InputError::from_io(&e).in_file(path))?;
-    let decoded = decode(format, &bytes, opts).map_err(|e| e.in_file(path))?;
+    let end = stream.end()?;
     let recording = Recording {
-        path: path.to_path_buf(),
-        format: decoded.format,
-        fs: decoded.fs,
-        full_scale: decoded.step.map(|_| 1.0),
-        step: decoded.step,
+        fs: end.fs,
+        full_scale: stream.step.map(|_| 1.0),
+        step: stream.step,
         channel: opts.channel,
-        channels: decoded.channels,
-        gaps: decoded.gaps,
-        seconds: decoded.samples.len() as f64 / decoded.fs,
-        samples: decoded.samples,
-        notices: decoded.notices,
+        channels: stream.channels,
+        seconds: samples.len() as f64 / end.fs,
+        gaps,
+        samples,
+        notices: end.notices,
+        path: stream.path,
+        format: stream.format,
     };
     if opts.check {
         check(&recording)?;
     }
     Ok(recording)
-}
-
-fn decode(format: Format, bytes: &[u8], opts: &ReadOptions) -> Result<Decoded, InputError> {
-    if bytes.is_empty() {
-        return Err(InputError::new(
-            Problem::Empty,
-            "byte 0",
-            "the file is empty",
-            "record again, or copy it again",
-        ));
-    }
-    if opts.stream.is_some() && !matches!(format, Format::Frames) {
-        return Err(InputError::new(
-            Problem::Stream,
-            "option --stream",
-            "only a record of a box has streams",
-            "leave it out",
-        ));
-    }
-    match format {
-        Format::Wav => wav::decode(bytes, opts),
-        Format::Table => table::decode(bytes, opts),
-        Format::RawF32 => raw::decode(bytes, opts, raw::Width::F32),
-        Format::RawF64 => raw::decode(bytes, opts, raw::Width::F64),
-        Format::Frames => frames::decode(bytes, opts),
-    }
 }
 
 /// The error for a channel the file does not have.

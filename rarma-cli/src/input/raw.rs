@@ -1,25 +1,41 @@
-//! Raw little-endian floats: no header, so the rate comes from the caller.
+//! Raw little-endian samples: no header, so the rate comes from the caller.
 
-use super::{Decoded, InputError, Problem, ReadOptions, no_channel};
+use super::bytes::Bytes;
+use super::stream::{Begin, Blocks, End};
+use super::{InputError, Problem, no_channel};
 
-/// Size of one number.
+/// Kind of one number.
 #[derive(Clone, Copy)]
 pub(super) enum Width {
+    S16,
     F32,
     F64,
 }
 
-/// Reads all of `bytes` as one channel of floats.
-pub(super) fn decode(
-    bytes: &[u8],
-    opts: &ReadOptions,
-    width: Width,
-) -> Result<Decoded, InputError> {
-    let (size, bits) = match width {
-        Width::F32 => (4, 32),
-        Width::F64 => (8, 64),
-    };
-    let Some(fs) = opts.fs else {
+impl Width {
+    fn bytes(self) -> usize {
+        match self {
+            Self::S16 => 2,
+            Self::F32 => 4,
+            Self::F64 => 8,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::S16 => "16 bit integers",
+            Self::F32 => "32 bit floats",
+            Self::F64 => "64 bit floats",
+        }
+    }
+}
+
+/// Samples handed on at once.
+const BLOCK: usize = 1 << 13;
+
+/// All of `bytes` as one channel.
+pub(super) fn begin(bytes: Bytes, fs: Option<f64>, width: Width) -> Result<Begin, InputError> {
+    let Some(fs) = fs else {
         return Err(InputError::new(
             Problem::Rate,
             "header",
@@ -27,45 +43,77 @@ pub(super) fn decode(
             "give --fs in hertz",
         ));
     };
-    if opts.channel != 0 {
-        return Err(no_channel("raw file", opts.channel, 1));
-    }
-    let rest = bytes.len() % size;
-    if rest != 0 {
-        return Err(InputError::new(
-            Problem::Truncated,
-            format!("byte {}", bytes.len() - rest),
-            format!(
-                "{} bytes are no whole number of {bits} bit floats, {rest} left over",
-                bytes.len()
-            ),
-            "copy it again, or check that the extension tells the right width",
-        ));
-    }
-    let samples = match width {
-        Width::F32 => floats32(bytes),
-        Width::F64 => floats64(bytes),
-    };
-    Ok(Decoded {
-        format: format!("raw, float {bits} bit little endian"),
-        fs,
-        samples,
-        step: None,
+    Ok(Begin {
+        format: match width {
+            Width::S16 => "raw, PCM 16 bit little endian".to_owned(),
+            _ => format!("raw, float {} bit little endian", 8 * width.bytes()),
+        },
+        fs: Some(fs),
+        step: matches!(width, Width::S16).then(|| 2_f64.powi(-15)),
         channels: 1,
-        gaps: Vec::new(),
-        notices: Vec::new(),
+        blocks: Box::new(Numbers { bytes, fs, width }),
     })
 }
 
-fn floats32(bytes: &[u8]) -> Vec<f64> {
-    let (words, _) = bytes.as_chunks::<4>();
-    words
-        .iter()
-        .map(|&w| f32::from_le_bytes(w).into())
-        .collect()
+struct Numbers {
+    bytes: Bytes,
+    fs: f64,
+    width: Width,
 }
 
-fn floats64(bytes: &[u8]) -> Vec<f64> {
-    let (words, _) = bytes.as_chunks::<8>();
-    words.iter().map(|&w| f64::from_le_bytes(w)).collect()
+impl Blocks for Numbers {
+    fn want(&mut self, _channels: &[usize]) {}
+
+    fn next(&mut self, rows: &mut [Vec<f64>]) -> Result<bool, InputError> {
+        let size = self.width.bytes();
+        while self.bytes.waiting().len() < size {
+            if !self.bytes.more()? {
+                return Ok(false);
+            }
+        }
+        let whole = (self.bytes.waiting().len() / size).min(BLOCK) * size;
+        let data = &self.bytes.waiting()[..whole];
+        for row in rows {
+            match self.width {
+                Width::S16 => row.extend(
+                    (data.as_chunks().0.iter())
+                        .map(|&w| f64::from(i16::from_le_bytes(w)) / 32768.0),
+                ),
+                Width::F32 => {
+                    row.extend(
+                        (data.as_chunks().0.iter()).map(|&w| f64::from(f32::from_le_bytes(w))),
+                    );
+                }
+                Width::F64 => {
+                    row.extend((data.as_chunks().0.iter()).map(|&w| f64::from_le_bytes(w)));
+                }
+            }
+        }
+        self.bytes.take(whole);
+        Ok(true)
+    }
+
+    fn end(&mut self) -> Result<End, InputError> {
+        let rest = self.bytes.waiting().len();
+        if rest != 0 {
+            return Err(InputError::new(
+                Problem::Truncated,
+                format!("byte {}", self.bytes.at()),
+                format!(
+                    "{} bytes are no whole number of {}, {rest} left over",
+                    self.bytes.at() + rest as u64,
+                    self.width.name()
+                ),
+                "copy it again, or check that the extension tells the right width",
+            ));
+        }
+        Ok(End {
+            fs: self.fs,
+            notices: Vec::new(),
+        })
+    }
+
+    fn no_channel(&self, asked: usize, channels: usize) -> InputError {
+        no_channel("raw file", asked, channels)
+    }
 }

@@ -11,11 +11,50 @@
 //! are split here and not by the `csv` crate, which passes over empty lines: in
 //! a recording an empty line is a sample that is missing, and has to be named.
 
+use super::bytes::Bytes;
+use super::stream::{Begin, Blocks, End};
 use super::time::{TimeColumn, resolution_of};
-use super::{Decoded, InputError, Problem, ReadOptions, no_channel};
+use super::{InputError, Problem, no_channel};
 
-/// Reads the chosen column of a table.
-pub(super) fn decode(bytes: &[u8], opts: &ReadOptions) -> Result<Decoded, InputError> {
+/// Longest line that is read, bytes.
+const LONGEST: usize = 1 << 20;
+/// Lines handed on at once.
+const BLOCK: usize = 1 << 12;
+
+/// Reads up to the first line that is no comment.
+pub(super) fn begin(mut bytes: Bytes, fs: Option<f64>) -> Result<Begin, InputError> {
+    plain(bytes.look(1 << 16)?)?;
+    if bytes.look(3)? == [0xEF, 0xBB, 0xBF] {
+        bytes.take(3);
+    }
+    let mut table = Table::new(bytes, fs);
+    while table.dialect.is_none()
+        && let Some(line) = table.read_line()?
+    {
+        table.begin_with(&line);
+        if table.dialect.is_some() {
+            table.first = Some(line);
+        } else {
+            table.line(&line, &mut [])?;
+        }
+    }
+    let channels = table.channels_there();
+    let told = table.comment_fs.map(|(_, fs)| fs);
+    let told = told.filter(|fs| fs.is_finite() && *fs > 0.0);
+    Ok(Begin {
+        format: match table.columns {
+            0 | 1 => "CSV, values only".into(),
+            n => format!("CSV, time and {} values per line", n - 1),
+        },
+        // A column of times tells the rate at its end only.
+        fs: (fs.or(told)).filter(|_| table.columns == 1),
+        step: None,
+        channels,
+        blocks: Box::new(table),
+    })
+}
+
+fn plain(bytes: &[u8]) -> Result<(), InputError> {
     if bytes.contains(&0) {
         return Err(InputError::new(
             Problem::NotThisFormat,
@@ -24,13 +63,7 @@ pub(super) fn decode(bytes: &[u8], opts: &ReadOptions) -> Result<Decoded, InputE
             "export as CSV in UTF-8, or correct the extension",
         ));
     }
-    let text = String::from_utf8_lossy(bytes);
-    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-    let mut table = Table::new(opts.channel);
-    for (i, line) in text.lines().enumerate() {
-        table.line(i + 1, line.trim())?;
-    }
-    table.finish(opts)
+    Ok(())
 }
 
 /// Separator and decimal sign, decided at the first line that is no comment.
@@ -61,14 +94,20 @@ impl Dialect {
 }
 
 struct Table {
-    channel: usize,
+    bytes: Bytes,
+    asked_fs: Option<f64>,
+    /// The first line that is no comment, until it is given.
+    first: Option<String>,
+    /// Lines read.
+    number: usize,
+    channels: Vec<usize>,
     dialect: Option<Dialect>,
     /// Columns of the first line; every later one must have as many.
     columns: usize,
     time: TimeColumn,
     /// Seconds per unit of the time column.
     unit: f64,
-    samples: Vec<f64>,
+    samples: u64,
     comment_fs: Option<(usize, f64)>,
     /// An empty line that is a hole if data follow.
     gap: Option<usize>,
@@ -76,21 +115,70 @@ struct Table {
 }
 
 impl Table {
-    fn new(channel: usize) -> Self {
+    fn new(bytes: Bytes, asked_fs: Option<f64>) -> Self {
         Self {
-            channel,
+            bytes,
+            asked_fs,
+            first: None,
+            number: 0,
+            channels: vec![0],
             dialect: None,
             columns: 0,
             time: TimeColumn::default(),
             unit: 1.0,
-            samples: Vec::new(),
+            samples: 0,
             comment_fs: None,
             gap: None,
             notices: Vec::new(),
         }
     }
 
-    fn line(&mut self, number: usize, line: &str) -> Result<(), InputError> {
+    /// The next line without spaces around it; none at the end.
+    fn read_line(&mut self) -> Result<Option<String>, InputError> {
+        let mut seen = 0;
+        loop {
+            let here = self.bytes.waiting();
+            if let Some(end) = here[seen..].iter().position(|b| *b == b'\n') {
+                return self.cut_line(seen + end, 1).map(Some);
+            }
+            seen = here.len();
+            if seen > LONGEST {
+                return Err(InputError::new(
+                    Problem::NotThisFormat,
+                    format!("line {}", self.number + 1),
+                    format!("is longer than {LONGEST} bytes"),
+                    "write one sample a line, or correct the extension",
+                ));
+            }
+            if !self.bytes.more()? {
+                return match seen {
+                    0 => Ok(None),
+                    all => self.cut_line(all, 0).map(Some),
+                };
+            }
+        }
+    }
+
+    fn cut_line(&mut self, length: usize, break_: usize) -> Result<String, InputError> {
+        let line = &self.bytes.waiting()[..length];
+        plain(line)?;
+        let line = String::from_utf8_lossy(line).trim().to_owned();
+        self.bytes.take(length + break_);
+        self.number += 1;
+        Ok(line)
+    }
+
+    /// What the first line that is no comment tells.
+    fn begin_with(&mut self, line: &str) {
+        if self.dialect.is_none() && !line.is_empty() && !line.starts_with('#') {
+            let dialect = Dialect::of(line);
+            self.dialect = Some(dialect);
+            self.columns = line.split(dialect.separator).count();
+        }
+    }
+
+    fn line(&mut self, line: &str, rows: &mut [Vec<f64>]) -> Result<(), InputError> {
+        let number = self.number;
         if let Some(comment) = line.strip_prefix('#') {
             if let Some(fs) = rate_in(comment) {
                 self.comment_fs = Some((number, fs));
@@ -98,7 +186,7 @@ impl Table {
             return Ok(());
         }
         if line.is_empty() {
-            if !self.samples.is_empty() && self.gap.is_none() {
+            if self.samples > 0 && self.gap.is_none() {
                 self.gap = Some(number);
             }
             return Ok(());
@@ -111,25 +199,18 @@ impl Table {
                 "fill in the sample or cut the recording there",
             ));
         }
-        let first = self.dialect.is_none();
-        let dialect = *self.dialect.get_or_insert_with(|| Dialect::of(line));
+        let Some(dialect) = self.dialect else {
+            return Ok(());
+        };
         let fields: Vec<&str> = line
             .split(dialect.separator)
             .map(|f| f.trim().trim_matches('"'))
             .collect();
-        if first {
-            self.columns = fields.len();
-            // Values only follow the time column where there are two or more.
-            let channels = self.channels();
-            if self.channel >= channels {
-                let place = format!("line {number}");
-                return Err(no_channel(&place, self.channel, channels));
-            }
-            if fields.iter().all(|f| dialect.number(f).is_none()) {
-                return self.header(number, &fields);
-            }
+        let first = self.first.take().is_some();
+        if first && fields.iter().all(|f| dialect.number(f).is_none()) {
+            return self.header(number, &fields);
         }
-        self.data(number, &fields, dialect)
+        self.data(number, &fields, dialect, rows)
     }
 
     fn header(&mut self, number: usize, fields: &[&str]) -> Result<(), InputError> {
@@ -153,7 +234,13 @@ impl Table {
         Ok(())
     }
 
-    fn data(&mut self, number: usize, fields: &[&str], dialect: Dialect) -> Result<(), InputError> {
+    fn data(
+        &mut self,
+        number: usize,
+        fields: &[&str],
+        dialect: Dialect,
+        rows: &mut [Vec<f64>],
+    ) -> Result<(), InputError> {
         if fields.len() > self.columns {
             return Err(InputError::new(
                 Problem::NotANumber,
@@ -174,56 +261,27 @@ impl Table {
                     .ok_or_else(|| not_a_number(number, column + 1, field)),
             }
         };
-        if self.columns == 1 {
-            self.samples.push(value(0)?);
-            return Ok(());
-        }
-        self.time.seconds.push(value(0)? * self.unit);
-        self.time.lines.push(number);
-        let resolution = resolution_of(fields[0]) * self.unit;
-        // Trailing zeros may be left out, so the finest line tells.
-        self.time.resolution = match self.time.seconds.len() {
-            1 | 2 => resolution,
-            _ => self.time.resolution.min(resolution),
+        let before = if self.columns == 1 {
+            0
+        } else {
+            let resolution = resolution_of(fields[0]) * self.unit;
+            self.time.push(value(0)? * self.unit, number, resolution);
+            1
         };
-        self.samples.push(value(1 + self.channel)?);
+        for (row, channel) in rows.iter_mut().zip(&self.channels) {
+            row.push(value(before + channel)?);
+        }
+        self.samples += 1;
         Ok(())
     }
 
-    fn channels(&self) -> usize {
+    /// Values only follow the time column where there are two or more.
+    fn channels_there(&self) -> usize {
         self.columns.saturating_sub(1).max(1)
     }
 
-    fn finish(mut self, opts: &ReadOptions) -> Result<Decoded, InputError> {
-        if self.samples.is_empty() {
-            return Err(InputError::new(
-                Problem::NoSamples,
-                "data",
-                "there is no line with numbers",
-                "check that this is the recording",
-            ));
-        }
-        let fs = if self.columns == 1 {
-            self.rate_from_words(opts)?
-        } else {
-            self.rate_from_times(opts)?
-        };
-        Ok(Decoded {
-            format: match self.columns {
-                1 => "CSV, values only".into(),
-                n => format!("CSV, time and {} values per line", n - 1),
-            },
-            fs,
-            channels: self.channels(),
-            samples: self.samples,
-            step: None,
-            gaps: Vec::new(),
-            notices: self.notices,
-        })
-    }
-
-    fn rate_from_words(&mut self, opts: &ReadOptions) -> Result<f64, InputError> {
-        match (opts.fs, self.comment_fs) {
+    fn rate_from_words(&mut self) -> Result<f64, InputError> {
+        match (self.asked_fs, self.comment_fs) {
             (Some(asked), Some((line, told))) => {
                 if asked != told {
                     self.notices.push(format!(
@@ -249,9 +307,9 @@ impl Table {
         }
     }
 
-    fn rate_from_times(&mut self, opts: &ReadOptions) -> Result<f64, InputError> {
+    fn rate_from_times(&mut self) -> Result<f64, InputError> {
         let fs = self.time.rate()?;
-        match opts.fs {
+        match self.asked_fs {
             Some(asked) if (asked - fs).abs() > 0.01 * fs => Err(InputError::new(
                 Problem::Rate,
                 "time column",
@@ -261,6 +319,49 @@ impl Table {
             Some(asked) => Ok(asked),
             None => Ok(fs),
         }
+    }
+}
+
+impl Blocks for Table {
+    fn want(&mut self, channels: &[usize]) {
+        self.channels = channels.to_vec();
+    }
+
+    fn next(&mut self, rows: &mut [Vec<f64>]) -> Result<bool, InputError> {
+        if let Some(line) = self.first.clone() {
+            self.line(&line, rows)?;
+        }
+        for _ in 0..BLOCK {
+            let Some(line) = self.read_line()? else {
+                return Ok(rows.first().is_some_and(|row| !row.is_empty()));
+            };
+            self.line(&line, rows)?;
+        }
+        Ok(true)
+    }
+
+    fn end(&mut self) -> Result<End, InputError> {
+        if self.samples == 0 {
+            return Err(InputError::new(
+                Problem::NoSamples,
+                "data",
+                "there is no line with numbers",
+                "check that this is the recording",
+            ));
+        }
+        let fs = if self.columns == 1 {
+            self.rate_from_words()?
+        } else {
+            self.rate_from_times()?
+        };
+        Ok(End {
+            fs,
+            notices: std::mem::take(&mut self.notices),
+        })
+    }
+
+    fn no_channel(&self, asked: usize, channels: usize) -> InputError {
+        no_channel(&format!("line {}", self.number), asked, channels)
     }
 }
 

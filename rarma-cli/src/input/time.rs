@@ -6,79 +6,141 @@ use super::{InputError, Problem};
 /// an ARMA model would read as damping.
 const UNIFORM: f64 = 0.01;
 
-/// A time column as read.
+/// Steps from whose median the even step is told.
+const FIRST: usize = 1 << 16;
+
+/// A column of times, judged as it comes.
+///
+/// Steps are compared with their median (that of the first [`FIRST`]), so that a hole is
+/// blamed on its own line and not on the first one, and within the rounding of the
+/// printed digits: 44.1 kHz in whole microseconds steps by 22 and 23.
 #[derive(Debug, Default)]
 pub(super) struct TimeColumn {
-    /// Times in seconds.
-    pub(super) seconds: Vec<f64>,
-    /// Line of each, from 1.
-    pub(super) lines: Vec<usize>,
+    /// First and last time, s.
+    ends: Option<(f64, f64)>,
+    count: u64,
+    /// Line of the first and of the last.
+    lines: (usize, usize),
     /// Place value of the last printed digit, s: times are no better than this.
-    pub(super) resolution: f64,
+    resolution: f64,
+    /// The first steps with the line at their end, until there are enough.
+    steps: Vec<(f64, usize)>,
+    /// Median step and how far a step may lie from it, s, once there are enough.
+    even: Option<(f64, f64)>,
+    /// First of each kind of fault: no number, not forward, uneven.
+    not_finite: Option<(f64, usize)>,
+    backward: Option<(f64, f64, usize)>,
+    uneven: Option<(f64, f64, usize)>,
 }
 
 impl TimeColumn {
+    /// Takes the time of one line, s, printed to `resolution` s.
+    pub(super) fn push(&mut self, t: f64, line: usize, resolution: f64) {
+        // Trailing zeros may be left out, so the finest line tells.
+        self.resolution = match self.count {
+            0 | 1 => resolution,
+            _ => self.resolution.min(resolution),
+        };
+        self.count += 1;
+        let Some((first, last)) = self.ends else {
+            self.ends = Some((t, t));
+            self.lines = (line, line);
+            if !t.is_finite() {
+                self.not_finite = Some((t, line));
+            }
+            return;
+        };
+        self.ends = Some((first, t));
+        self.lines.1 = line;
+        if !t.is_finite() {
+            self.not_finite.get_or_insert((t, line));
+        }
+        let step = t - last;
+        if step <= 0.0 {
+            self.backward.get_or_insert((last, t, line));
+        }
+        match self.even {
+            Some(even) => self.compare(step, line, even),
+            None => {
+                self.steps.push((step, line));
+                if self.steps.len() == FIRST {
+                    self.settle();
+                }
+            }
+        }
+    }
+
+    /// The even step from those so far, and what of them is uneven.
+    fn settle(&mut self) {
+        let steps = std::mem::take(&mut self.steps);
+        let mut sorted: Vec<f64> = steps.iter().map(|s| s.0).collect();
+        sorted.sort_by(f64::total_cmp);
+        let median = sorted[sorted.len() / 2];
+        let even = (
+            median,
+            UNIFORM * median + self.resolution.min(0.1 * median) * 1.001,
+        );
+        for (step, line) in steps {
+            self.compare(step, line, even);
+        }
+        self.even = Some(even);
+    }
+
+    fn compare(&mut self, step: f64, line: usize, (median, tolerance): (f64, f64)) {
+        if (step - median).abs() > tolerance {
+            self.uneven.get_or_insert((step, median, line));
+        }
+    }
+
     /// The rate, after a check that time advances in equal steps.
-    ///
-    /// Steps are compared with their median, so that a hole is blamed on its
-    /// own line and not on the first one, and within the rounding of the
-    /// printed digits: 44.1 kHz in whole microseconds steps by 22 and 23.
-    pub(super) fn rate(&self) -> Result<f64, InputError> {
-        let t = &self.seconds;
-        let fail = |i: usize, what: String, remedy: &str| {
+    pub(super) fn rate(&mut self) -> Result<f64, InputError> {
+        let fail = |line: usize, what: String, remedy: &str| {
             Err(InputError::new(
                 Problem::Time,
-                format!("line {}", self.lines[i]),
+                format!("line {line}"),
                 what,
                 remedy,
             ))
         };
-        if t.len() < 2 {
+        let (Some((first, last)), 2..) = (self.ends, self.count) else {
             return Err(InputError::new(
                 Problem::Rate,
                 "time column",
                 "a sampling rate cannot be told from one line",
                 "record at least two samples",
             ));
+        };
+        if self.even.is_none() {
+            self.settle();
         }
-        let steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
-        if let Some(i) = t.iter().position(|v| !v.is_finite()) {
-            return fail(i, format!("time is {}", t[i]), "repair the time column");
+        if let Some((t, line)) = self.not_finite {
+            return fail(line, format!("time is {t}"), "repair the time column");
         }
-        if let Some(i) = steps.iter().position(|d| *d <= 0.0) {
-            let what = format!("time goes from {} s to {} s", t[i], t[i + 1]);
+        if let Some((before, t, line)) = self.backward {
             return fail(
-                i + 1,
-                what,
+                line,
+                format!("time goes from {before} s to {t} s"),
                 "times must increase; write more digits or sort the lines",
             );
         }
-        let median = {
-            let mut sorted = steps.clone();
-            sorted.sort_by(f64::total_cmp);
-            sorted[sorted.len() / 2]
-        };
-        let tolerance = UNIFORM * median + self.resolution.min(0.1 * median) * 1.001;
-        if let Some(i) = steps.iter().position(|d| (d - median).abs() > tolerance) {
-            let missing = (steps[i] / median).round() - 1.0;
-            let what = format!(
-                "time steps by {:.6e} s, elsewhere by {median:.6e} s",
-                steps[i]
-            );
+        if let Some((step, median, line)) = self.uneven {
+            let missing = (step / median).round() - 1.0;
+            let what = format!("time steps by {step:.6e} s, elsewhere by {median:.6e} s");
             return if missing >= 1.0 {
                 fail(
-                    i + 1,
+                    line,
                     format!("{what}: {missing} samples are missing before this line"),
                     "fill or cut the recording there",
                 )
             } else {
-                fail(i + 1, what, "resample to equal steps")
+                fail(line, what, "resample to equal steps")
             };
         }
-        let span = t[t.len() - 1] - t[0];
-        let fs = steps.len() as f64 / span;
+        let span = last - first;
+        let fs = (self.count - 1) as f64 / span;
         if !(fs.is_finite() && fs > 0.0) {
-            return fail(0, format!("time spans {span} s"), "repair the time column");
+            let what = format!("time spans {span} s");
+            return fail(self.lines.0, what, "repair the time column");
         }
         // A whole number of hertz, if the printed digits cannot tell it apart.
         let doubt = (self.resolution / span).max(1e-9);
@@ -108,34 +170,37 @@ pub(super) fn resolution_of(field: &str) -> f64 {
 mod tests {
     use super::*;
 
-    fn column(fs: f64, n: usize, digits: usize) -> TimeColumn {
+    /// Times with a pause of half a second before line `hole`.
+    fn column(fs: f64, n: usize, digits: usize, hole: usize) -> TimeColumn {
         let mut c = TimeColumn::default();
         for i in 0..n {
-            let text = format!("{:.*}", digits, i as f64 / fs);
-            c.resolution = c.resolution.max(resolution_of(&text));
-            c.seconds.push(text.parse().unwrap());
-            c.lines.push(i + 2);
+            let pause = if i + 2 >= hole { 0.5 } else { 0.0 };
+            let text = format!("{:.*}", digits, i as f64 / fs + pause);
+            c.push(text.parse().unwrap(), i + 2, resolution_of(&text));
         }
         c
     }
 
     #[test]
     fn rounded_times_give_the_rate() {
-        assert_eq!(column(5000.0, 100, 4).rate().unwrap(), 5000.0);
-        assert_eq!(column(44100.0, 4410, 6).rate().unwrap(), 44100.0);
-        assert_eq!(column(12.5, 100, 3).rate().unwrap(), 12.5);
-        assert_eq!(column(0.5, 10, 0).rate().unwrap(), 0.5);
+        let rate = |fs, n, digits| column(fs, n, digits, usize::MAX).rate().unwrap();
+        assert_eq!(rate(5000.0, 100, 4), 5000.0);
+        assert_eq!(rate(44100.0, 4410, 6), 44100.0);
+        assert_eq!(rate(44100.0, 2 * FIRST, 6), 44100.0);
+        assert_eq!(rate(12.5, 100, 3), 12.5);
+        assert_eq!(rate(0.5, 10, 0), 0.5);
     }
 
     #[test]
     fn a_hole_is_blamed_on_its_line() {
-        let mut c = column(1000.0, 100, 6);
-        for t in &mut c.seconds[40..] {
-            *t += 0.5;
+        for hole in [42, FIRST + 42] {
+            let e = column(1000.0, FIRST + 100, 6, hole).rate().unwrap_err();
+            assert_eq!(
+                (e.problem, e.place),
+                (Problem::Time, format!("line {hole}"))
+            );
+            assert!(e.what.contains("500 samples"), "{}", e.what);
         }
-        let e = c.rate().unwrap_err();
-        assert_eq!((e.problem, e.place.as_str()), (Problem::Time, "line 42"));
-        assert!(e.what.contains("500 samples"), "{e}");
     }
 
     #[test]

@@ -5,9 +5,12 @@
 //! refuses the sizes 0 and 0xFFFFFFFF that streaming writers leave in the
 //! header. So the few chunks that matter are walked here, every read is bounded
 //! by the bytes there are, and what the header promised beyond them becomes a
-//! notice. RF64 (the form for more than 4 GB) is read as well.
+//! notice. RF64 (the form for more than 4 GB) is read as well. A pipe has no length: a
+//! size that a streaming writer may have left there is not believed.
 
-use super::{Decoded, InputError, Problem, ReadOptions, no_channel};
+use super::bytes::Bytes;
+use super::stream::{Begin, Blocks, End};
+use super::{InputError, Problem, no_channel};
 
 const PCM: u16 = 1;
 const FLOAT: u16 = 3;
@@ -15,6 +18,9 @@ const EXTENSIBLE: u16 = 0xFFFE;
 
 /// Sizes from here on are what streaming writers put where they do not know.
 const UNKNOWN_SIZE: u32 = 0x7FFF_0000;
+
+/// Bytes of a header chunk that are looked at.
+const LONGEST: usize = 64;
 
 /// How one channel's samples lie in the data.
 #[derive(Debug, Clone, Copy)]
@@ -30,44 +36,63 @@ struct Layout {
     frame: usize,
 }
 
-/// Reads the chosen channel of a WAV file.
-pub(super) fn decode(bytes: &[u8], opts: &ReadOptions) -> Result<Decoded, InputError> {
-    let size64 = magic(bytes)?;
-    let riff_end = u64::from(u32_at(bytes, 4).unwrap_or(0)) + 8;
+/// Frames handed on at once.
+const BLOCK: usize = 1 << 12;
+
+/// Reads up to the samples of a WAV file; `length` is that of the file, none for a pipe.
+pub(super) fn begin(
+    mut bytes: Bytes,
+    length: Option<u64>,
+    fs: Option<f64>,
+) -> Result<Begin, InputError> {
+    let size64 = magic(bytes.look(12)?)?;
+    let riff_end = u64::from(u32_at(bytes.look(12)?, 4).unwrap_or(0)) + 8;
+    bytes.take(12);
     let mut layout: Option<Layout> = None;
     let mut data64 = None;
-    let mut at = 12;
-    while let Some(size) = u32_at(bytes, at + 4) {
-        let id = &bytes[at..at + 4];
+    loop {
+        let at = bytes.at();
+        let head = bytes.look(8)?;
+        let (Some(size), Some(id)) = (u32_at(head, 4), head.first_chunk::<4>().copied()) else {
+            bytes.skip(u64::MAX)?;
+            break;
+        };
+        bytes.take(8);
         let start = at + 8;
-        let rest = bytes.len() - start;
-        let body = &bytes[start..start + rest.min(size as usize)];
-        match id {
-            b"ds64" if size64 => data64 = u64_at(body, 8),
-            b"fmt " => layout = Some(parse_fmt(body, at)?),
+        let rest = length.map(|length| length.saturating_sub(start));
+        match &id {
+            b"ds64" if size64 => data64 = u64_at(bytes.look((size as usize).min(LONGEST))?, 8),
+            b"fmt " => {
+                layout = Some(parse_fmt(bytes.look((size as usize).min(LONGEST))?, at)?);
+            }
             b"data" => {
                 let Some(layout) = layout else {
                     return Err(header(at, "the data come before the fmt chunk"));
                 };
                 let told = match size {
-                    u32::MAX => data64,
-                    0 if riff_end <= start as u64 || riff_end > u64::from(u32::MAX) => None,
-                    size if size >= UNKNOWN_SIZE && size as usize > rest => None,
+                    // Zero and all ones: a writer that did not come back to fill it in.
+                    u32::MAX => data64.filter(|n| (1..u64::MAX >> 1).contains(n)),
+                    0 if riff_end <= start || riff_end > u64::from(u32::MAX) => None,
+                    size if size >= UNKNOWN_SIZE
+                        && rest.is_none_or(|rest| u64::from(size) > rest) =>
+                    {
+                        None
+                    }
                     size => Some(u64::from(size)),
                 };
-                return samples(&bytes[start..], told, layout, at, opts);
+                return samples(bytes, told, layout, at, fs);
             }
             _ => {}
         }
-        if rest < size as usize {
+        if !bytes.skip(u64::from(size))? {
             break;
         }
-        at = next_chunk(bytes, start + size as usize, size);
+        skip_padding(&mut bytes, size)?;
     }
     let missing = if layout.is_some() { "data" } else { "fmt" };
     Err(InputError::new(
         Problem::Truncated,
-        format!("byte {}", bytes.len()),
+        format!("byte {}", bytes.at()),
         format!("the file ends before its {missing} chunk"),
         "copy it again; nothing can be saved from it",
     ))
@@ -106,25 +131,24 @@ fn magic(bytes: &[u8]) -> Result<bool, InputError> {
     }
 }
 
-/// Start of the chunk after one that ends at `end`. Odd chunks are padded to
-/// even length; some writers forget, which shows in a chunk name right there.
-fn next_chunk(bytes: &[u8], end: usize, size: u32) -> usize {
+/// Odd chunks are padded to even length; some writers forget, which shows in a chunk
+/// name right there.
+fn skip_padding(bytes: &mut Bytes, size: u32) -> Result<(), InputError> {
     if size.is_multiple_of(2) {
-        return end;
+        return Ok(());
     }
+    let next = bytes.look(5)?;
     let name = |at: usize| {
-        bytes
-            .get(at..at + 4)
+        next.get(at..at + 4)
             .is_some_and(|n| n.iter().all(|c| (b' '..=b'~').contains(c)))
     };
-    if name(end) && !name(end + 1) {
-        end
-    } else {
-        end + 1
+    if !name(0) || name(1) {
+        bytes.take(1);
     }
+    Ok(())
 }
 
-fn parse_fmt(body: &[u8], at: usize) -> Result<Layout, InputError> {
+fn parse_fmt(body: &[u8], at: u64) -> Result<Layout, InputError> {
     let word = |i| u16_at(body, i);
     let (Some(mut tag), Some(channels), Some(rate), Some(block), Some(bits)) =
         (word(0), word(2), u32_at(body, 4), word(12), word(14))
@@ -194,65 +218,122 @@ fn parse_fmt(body: &[u8], at: usize) -> Result<Layout, InputError> {
 }
 
 fn samples(
-    body: &[u8],
+    bytes: Bytes,
     told: Option<u64>,
     layout: Layout,
-    at: usize,
-    opts: &ReadOptions,
-) -> Result<Decoded, InputError> {
-    let place = format!("data chunk (byte {at})");
+    at: u64,
+    fs: Option<f64>,
+) -> Result<Begin, InputError> {
     let mut notices = Vec::new();
-    let fs = rate(layout, opts, &mut notices)?;
-    if opts.channel >= layout.channels {
-        return Err(no_channel("fmt chunk", opts.channel, layout.channels));
-    }
-
-    let here = body.len() as u64;
-    let used = told.map_or(here, |told| told.min(here)) as usize;
-    let frames = used / layout.frame;
-    if frames == 0 {
-        let (problem, what) = match told {
-            Some(told) if told > here => (
-                Problem::Truncated,
-                format!("it says {told} bytes, but the file ends before one whole frame"),
-            ),
-            _ => (Problem::NoSamples, "it holds no samples".into()),
-        };
-        return Err(InputError::new(problem, place, what, "record again"));
-    }
-    let seconds = frames as f64 / fs;
-    match told {
-        None => notices.push(format!(
-            "the header does not say how long the data are (streamed): \
-             analysed {frames} frames ({seconds:.2} s), up to the end of the file"
-        )),
-        Some(told) if told > here => notices.push(format!(
-            "data chunk says {} frames, file holds {frames}: \
-             analysed {frames} ({seconds:.2} s), the rest is cut off",
-            told / layout.frame as u64
-        )),
-        Some(_) if !used.is_multiple_of(layout.frame) => notices.push(format!(
-            "the data end inside a frame: analysed {frames} whole frames ({seconds:.2} s)"
-        )),
-        Some(_) => {}
-    }
-
-    let first = opts.channel * layout.width;
-    let one = |frame: &[u8]| value(&frame[first..first + layout.width], layout.float);
+    let fs = rate(layout, fs, &mut notices)?;
     let kind = if layout.float { "float" } else { "PCM" };
-    Ok(Decoded {
+    Ok(Begin {
         format: format!("WAV, {kind} {} bit", layout.bits),
-        fs,
-        samples: body[..used].chunks_exact(layout.frame).map(one).collect(),
+        fs: Some(fs),
         step: (!layout.float).then(|| 2_f64.powi(1 - layout.bits as i32)),
         channels: layout.channels,
-        gaps: Vec::new(),
-        notices,
+        blocks: Box::new(Data {
+            bytes,
+            told,
+            layout,
+            place: format!("data chunk (byte {at})"),
+            fs,
+            notices,
+            channels: vec![0],
+            used: 0,
+        }),
     })
 }
 
-fn rate(layout: Layout, opts: &ReadOptions, notices: &mut Vec<String>) -> Result<f64, InputError> {
-    match opts.fs {
+/// The data chunk.
+struct Data {
+    bytes: Bytes,
+    /// Its length, if the header says it.
+    told: Option<u64>,
+    layout: Layout,
+    place: String,
+    fs: f64,
+    notices: Vec<String>,
+    channels: Vec<usize>,
+    /// Bytes read.
+    used: u64,
+}
+
+impl Blocks for Data {
+    fn want(&mut self, channels: &[usize]) {
+        self.channels = channels.to_vec();
+    }
+
+    fn next(&mut self, rows: &mut [Vec<f64>]) -> Result<bool, InputError> {
+        let frame = self.layout.frame;
+        loop {
+            let left = self.told.map_or(u64::MAX, |told| told - self.used);
+            let here = (self.bytes.waiting().len() as u64).min(left) as usize;
+            let whole = (here / frame).min(BLOCK) * frame;
+            if whole > 0 {
+                let data = &self.bytes.waiting()[..whole];
+                for (row, channel) in rows.iter_mut().zip(&self.channels) {
+                    let first = channel * self.layout.width;
+                    let one =
+                        |f: &[u8]| value(&f[first..first + self.layout.width], self.layout.float);
+                    row.extend(data.chunks_exact(frame).map(one));
+                }
+                self.bytes.take(whole);
+                self.used += whole as u64;
+                return Ok(true);
+            }
+            // What is left of the chunk is less than a frame, or the source has ended.
+            if left < frame as u64 || !self.bytes.more()? {
+                self.used += (self.bytes.waiting().len() as u64).min(left);
+                return Ok(false);
+            }
+        }
+    }
+
+    fn end(&mut self) -> Result<End, InputError> {
+        let (used, frame) = (self.used, self.layout.frame as u64);
+        let frames = used / frame;
+        if frames == 0 {
+            let (problem, what) = match self.told {
+                Some(told) if told > used => (
+                    Problem::Truncated,
+                    format!("it says {told} bytes, but the file ends before one whole frame"),
+                ),
+                _ => (Problem::NoSamples, "it holds no samples".into()),
+            };
+            let place = self.place.as_str();
+            return Err(InputError::new(problem, place, what, "record again"));
+        }
+        let seconds = frames as f64 / self.fs;
+        let mut notices = std::mem::take(&mut self.notices);
+        match self.told {
+            None => notices.push(format!(
+                "the header does not say how long the data are (streamed): \
+                 analysed {frames} frames ({seconds:.2} s), up to the end of the file"
+            )),
+            Some(told) if told > used => notices.push(format!(
+                "data chunk says {} frames, file holds {frames}: \
+                 analysed {frames} ({seconds:.2} s), the rest is cut off",
+                told / frame
+            )),
+            Some(_) if !used.is_multiple_of(frame) => notices.push(format!(
+                "the data end inside a frame: analysed {frames} whole frames ({seconds:.2} s)"
+            )),
+            Some(_) => {}
+        }
+        Ok(End {
+            fs: self.fs,
+            notices,
+        })
+    }
+
+    fn no_channel(&self, asked: usize, channels: usize) -> InputError {
+        no_channel("fmt chunk", asked, channels)
+    }
+}
+
+fn rate(layout: Layout, fs: Option<f64>, notices: &mut Vec<String>) -> Result<f64, InputError> {
+    match fs {
         Some(fs) => {
             if fs != f64::from(layout.rate) {
                 notices.push(format!(
@@ -292,7 +373,7 @@ fn scaled(b: [u8; 4]) -> f64 {
     f64::from(i32::from_le_bytes(b)) / 2_f64.powi(31)
 }
 
-fn header(at: usize, what: &str) -> InputError {
+fn header(at: u64, what: &str) -> InputError {
     InputError::new(
         Problem::Header,
         format!("chunk at byte {at}"),

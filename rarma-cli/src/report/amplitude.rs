@@ -2,9 +2,10 @@
 
 use super::Scene;
 use super::axis::{Axis, grid};
+use super::course::Shown;
 use super::panel::{LEFT, TOP};
 use super::text::{count, escape, hertz, px, seconds, significant};
-use crate::record::{Alarm, AmplitudeRecord, AmplitudeVerdict, HistogramRecord};
+use crate::record::AmplitudeVerdict;
 use rarma_core::decide::{BINS_REACH, LIMIT_SCINTILLATION, SUSPICIOUS_SCINTILLATION};
 
 const WIDTH: f64 = 1000.0;
@@ -43,54 +44,6 @@ fn sentence(verdict: AmplitudeVerdict) -> [&'static str; 2] {
     }
 }
 
-/// The reading at an instant, of the mode at `f`.
-fn reading_at<'a>(scene: &Scene<'a>, t: f64, f: f64) -> Option<&'a AmplitudeRecord> {
-    let lines = scene.job.run.lines.iter().filter(|l| l.t.is_finite());
-    let near = |a: &&AmplitudeRecord| (a.f - f).abs() <= SAME * f;
-    lines
-        .filter_map(|l| Some((l.t, l.amplitude.as_ref().filter(near)?)))
-        .min_by(|a, b| (a.0 - t).abs().total_cmp(&(b.0 - t).abs()))
-        .map(|(_, reading)| reading)
-}
-
-/// What the amplitude said for most of an alarm; none where it was too short throughout.
-pub(super) fn of_alarm(scene: &Scene<'_>, alarm: &Alarm) -> Option<AmplitudeVerdict> {
-    let until = alarm.off.unwrap_or(scene.t_end);
-    let mut votes: Vec<(AmplitudeVerdict, usize)> = Vec::new();
-    for line in scene.job.run.lines.iter() {
-        let inside = line.t >= alarm.on && line.t <= until;
-        let Some(reading) = line.amplitude.as_ref().filter(|_| inside) else {
-            continue;
-        };
-        let there = (reading.f - alarm.f).abs() <= SAME * alarm.f;
-        if !there || reading.verdict == AmplitudeVerdict::TooShort {
-            continue;
-        }
-        match votes.iter_mut().find(|(v, _)| *v == reading.verdict) {
-            Some((_, n)) => *n += 1,
-            None => votes.push((reading.verdict, 1)),
-        }
-    }
-    votes.into_iter().max_by_key(|(_, n)| *n).map(|(v, _)| v)
-}
-
-/// The histogram to be shown: the last one of the first alarm, if there is one of which
-/// at most a tenth lies beyond the bins, such a one; else the last one of all.
-fn chosen<'a>(scene: &Scene<'a>) -> Option<&'a HistogramRecord> {
-    let all = &scene.job.run.histograms;
-    let drawable = |h: &&HistogramRecord| {
-        h.counts.bin_width.is_finite() && h.counts.bin_width > 0.0 && h.counts.total() > 0
-    };
-    let of_alarm = scene.spans.first().and_then(|span| {
-        let there = |h: &&HistogramRecord| (h.f - span.f).abs() <= SAME * span.f;
-        let during = |h: &&HistogramRecord| h.t >= span.on && h.t <= span.off;
-        let inside = |h: &&HistogramRecord| u32::from(h.counts.beyond) * 10 <= h.counts.total();
-        let of_it = || all.iter().filter(drawable).filter(there).filter(during);
-        of_it().rfind(inside).or_else(|| of_it().next_back())
-    });
-    of_alarm.or_else(|| all.iter().rfind(drawable))
-}
-
 /// Draws the figure.
 pub(super) fn figure(scene: &Scene<'_>) -> String {
     let bottom = TOP + HEIGHT;
@@ -98,8 +51,9 @@ pub(super) fn figure(scene: &Scene<'_>) -> String {
         r#"<text x="{LEFT}" y="{}" class="title">(f) Amplitude of one mode</text>"#,
         px(TOP - 11.0)
     );
-    let (alt, caption) = match chosen(scene) {
-        Some(histogram) => draw(&mut svg, scene, histogram, bottom),
+    let first = scene.spans.first().map(|span| span.f);
+    let (alt, caption) = match scene.job.course.shown(first) {
+        Some(shown) => draw(&mut svg, shown, bottom),
         None => {
             put!(
                 svg,
@@ -126,12 +80,8 @@ pub(super) fn figure(scene: &Scene<'_>) -> String {
     )
 }
 
-fn draw(
-    svg: &mut String,
-    scene: &Scene<'_>,
-    histogram: &HistogramRecord,
-    bottom: f64,
-) -> (String, String) {
+fn draw(svg: &mut String, shown: &Shown, bottom: f64) -> (String, String) {
+    let histogram = &shown.histogram;
     let counts = &histogram.counts;
     let fit = counts.decreasing();
     let total = f64::from(counts.total());
@@ -169,7 +119,6 @@ fn draw(
         px(bottom + 36.0),
         px(0.5 * (TOP + bottom))
     );
-    let reading = reading_at(scene, histogram.t, histogram.f);
     let mut words = vec![
         (
             "strong",
@@ -189,7 +138,7 @@ fn draw(
         ),
     ];
     let mut spoken = String::new();
-    if let Some(reading) = reading {
+    if let Some(reading) = &shown.reading {
         let s = format!("S = Var V / (mean V)² = {}", significant(reading.s));
         let z = format!("{} sd from that of noise", significant(reading.z));
         spoken = format!(" {s}: {}.", word(reading.verdict));

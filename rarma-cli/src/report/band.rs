@@ -51,14 +51,14 @@ fn tracks(panel: &Panel<'_>, scene: &Scene<'_>, label: Label, y: &Axis) -> Vec<T
     // Those that may still go on.
     let mut open: Vec<usize> = Vec::new();
     let mut column = f64::MIN;
-    for line in scene.job.run.lines.iter().filter(|l| l.t.is_finite()) {
-        let x = panel.x.at(line.t);
-        if x < column + STEP || line.modes.is_empty() {
+    for moment in scene.job.course.moments() {
+        let x = panel.x.at(moment.t);
+        if x < column + STEP || moment.modes().is_empty() {
             continue;
         }
         column = x;
         open.retain(|&k| tracks[k].points.last().is_some_and(|p| p.0 > x - GONE));
-        for mode in line.modes.iter().filter(|m| m.label == label) {
+        for mode in moment.modes().iter().filter(|m| m.label == label) {
             let width = CONFIDENCE * mode.zeta_sd;
             let (low, high) = (100.0 * (mode.zeta - width), 100.0 * (mode.zeta + width));
             if !(mode.f.is_finite() && low.is_finite() && high > y.lo()) {

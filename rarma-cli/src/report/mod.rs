@@ -6,7 +6,8 @@
 //! what is needed to doubt it: settings, uncertainty, how to read it. Pictures
 //! are SVG (the waterfall a bitmap inside one), coloured by the page's style
 //! sheet, so that dark mode and print work. Points are thinned to the pixels
-//! they would hide behind: a minute of signal stays well below 2 MB.
+//! they would hide behind, and as they come ([`Sound`], [`Course`]): a minute of signal
+//! stays well below 2 MB, and a day takes no more memory than it.
 
 /// Writes into a `String`, which cannot fail.
 macro_rules! put {
@@ -21,6 +22,7 @@ mod axis;
 mod band;
 pub mod chart;
 mod colours;
+mod course;
 pub mod map;
 mod modes;
 mod multiples;
@@ -28,6 +30,7 @@ mod panel;
 pub mod polar;
 mod scene;
 mod signal;
+mod sound;
 mod tables;
 #[cfg(test)]
 mod tests;
@@ -36,9 +39,12 @@ mod timeline;
 mod waterfall;
 mod words;
 
+pub use course::Course;
+pub use sound::Sound;
+
 use crate::failure::Failure;
 use crate::output;
-use crate::record::Run;
+use crate::record::Summary;
 use scene::Scene;
 use std::path::{Path, PathBuf};
 use text::escape;
@@ -51,11 +57,13 @@ pub struct ReportInput<'a> {
     /// Where the samples came from, for the settings table.
     pub source_name: &'a str,
     /// The analysed channel, input units.
-    pub samples: &'a [f64],
-    /// Sampling rate of `samples`, Hz.
+    pub sound: &'a Sound,
+    /// Its sampling rate, Hz.
     pub fs: f64,
-    /// What the monitor said.
-    pub run: &'a Run,
+    /// What the monitor said as it went.
+    pub course: &'a Course,
+    /// What it said at the end.
+    pub summary: &'a Summary,
     /// Damping ratio below which a mode counts as undamped, 1.
     pub threshold: f64,
     /// Lower and upper edge of the analysed band, Hz.

@@ -1,10 +1,11 @@
 //! Pictures (c) and (d): damping and frequency of every mode.
 
 use super::axis::Axis;
+use super::course::Seen;
 use super::panel::{Panel, TOP};
 use super::text::{hertz, percent, px};
 use super::{Scene, band, multiples};
-use crate::record::{Label, ModeRecord};
+use crate::record::Label;
 use std::collections::HashSet;
 
 /// Size of the grid that points are thinned to, pixels.
@@ -65,16 +66,16 @@ fn points(
     panel: &Panel<'_>,
     scene: &Scene<'_>,
     label: Label,
-    place: impl Fn(&ModeRecord) -> Option<(f64, f64)>,
-) -> Vec<(f64, f64, f64, ModeRecord)> {
+    place: impl Fn(&Seen) -> Option<(f64, f64)>,
+) -> Vec<(f64, f64, f64, Seen)> {
     let mut seen = HashSet::new();
     let mut found = Vec::new();
-    for line in scene.job.run.lines.iter().filter(|l| l.t.is_finite()) {
-        for mode in line.modes.iter().filter(|m| m.label == label) {
-            let Some((y, r)) = place(mode) else { continue };
-            let x = panel.x.at(line.t);
+    for moment in scene.job.course.moments() {
+        for mode in moment.all_modes().filter(|m| m.label == label) {
+            let Some((y, r)) = place(&mode) else { continue };
+            let x = panel.x.at(mode.t);
             if seen.insert(((x / CELL) as i32, (y / CELL) as i32)) {
-                found.push((x, y, r, mode.clone()));
+                found.push((x, y, r, mode));
             }
         }
     }
@@ -103,7 +104,7 @@ pub(super) fn damping(scene: &Scene<'_>) -> String {
     }
     let mut below = 0;
     for label in LABELS {
-        let place = |m: &ModeRecord| m.zeta.is_finite().then(|| (y.at(100.0 * m.zeta), 2.1));
+        let place = |m: &Seen| m.zeta.is_finite().then(|| (y.at(100.0 * m.zeta), 2.1));
         let (mut marks, mut arrows) = (String::new(), String::new());
         for (x, at, r, mode) in points(&panel, scene, label, place) {
             if 100.0 * mode.zeta < ZETA.0 {
@@ -154,7 +155,7 @@ pub(super) fn frequency(scene: &Scene<'_>) -> String {
     let taken = scene.alarm_marks(&mut panel, &y);
     let forcing = multiples::draw(&mut panel, scene, &y, "harmonic", Some(taken));
     for label in LABELS {
-        let place = |m: &ModeRecord| {
+        let place = |m: &Seen| {
             y.holds(m.f).then(|| {
                 let r = match m.zeta {
                     z if z < 0.01 => 3.2,

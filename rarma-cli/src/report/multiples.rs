@@ -126,9 +126,9 @@ fn track(panel: &Panel<'_>, scene: &Scene<'_>) -> Vec<Vec<(f64, f64)>> {
     let mut stretches: Vec<Vec<(f64, f64)>> = Vec::new();
     let (mut known, mut column) = (false, f64::MIN);
     let mut before = None;
-    for line in scene.job.run.lines.iter().filter(|l| l.t.is_finite()) {
-        let x = panel.x.at(line.t);
-        let hz = line.spindle.rpm.map(|rpm| rpm / 60.0);
+    for moment in scene.job.course.moments() {
+        let x = panel.x.at(moment.t);
+        let hz = moment.rpm.map(|rpm| rpm / 60.0);
         let Some(hz) = hz.filter(|f| f.is_finite() && *f > 0.0) else {
             if let (Some(last), Some(end)) = (stretches.last_mut(), before.take()) {
                 last.push(end);

@@ -100,8 +100,8 @@ impl<'a> Panel<'a> {
 
     /// Alarm spans, below whatever is drawn next.
     pub(super) fn spans(&mut self) {
-        for span in &self.scene.spans {
-            let (x0, x1) = (self.x.at(span.on), self.x.at(span.off));
+        for &(on, off) in &self.scene.drawn {
+            let (x0, x1) = (self.x.at(on), self.x.at(off));
             put!(
                 self.svg,
                 r#"<rect class="span" x="{}" y="{TOP}" width="{}" height="{}"/>"#,
@@ -115,8 +115,8 @@ impl<'a> Panel<'a> {
     /// Edges of the alarm spans and the true onset, above the rest, and the
     /// closing frame with the time axis.
     fn close(&mut self) {
-        for span in &self.scene.spans {
-            let (x0, x1) = (self.x.at(span.on), self.x.at(span.off));
+        for &(on, off) in &self.scene.drawn {
+            let (x0, x1) = (self.x.at(on), self.x.at(off));
             put!(
                 self.svg,
                 r#"<path class="edge" d="M{} {TOP}V{b}M{} {TOP}V{b}"/><path class="bar" d="M{} {}H{}"/>"#,

@@ -4,7 +4,7 @@ use super::ReportInput;
 use super::axis::Axis;
 use super::panel::{Panel, RIGHT};
 use super::text::{hertz, px, seconds};
-use crate::record::{NoticeKind, NoticeRecord, SpeedSource};
+use crate::record::{NoticeKind, NoticeRecord};
 
 /// An alarm as drawn.
 pub(super) struct Span {
@@ -29,6 +29,8 @@ pub(super) struct Scene<'a> {
     pub(super) f_top: f64,
     /// Alarms with finite times.
     pub(super) spans: Vec<Span>,
+    /// The same as they are drawn: where there are many, those that touch are one.
+    pub(super) drawn: Vec<(f64, f64)>,
 }
 
 /// Distance of two labels above each other at which both can be read, pixels.
@@ -39,15 +41,14 @@ impl<'a> Scene<'a> {
     pub(super) fn new(job: &'a ReportInput<'a>) -> Self {
         let positive = |v: f64| v.is_finite() && v > 0.0;
         let fs = if positive(job.fs) { job.fs } else { 1.0 };
-        let lines = job.run.lines.iter().map(|l| l.t);
-        let alarms = job.run.summary.alarms.iter();
-        let t_end = lines
+        let alarms = job.summary.alarms.iter();
+        let t_end = [job.course.end_s()]
+            .into_iter()
             .chain(alarms.flat_map(|a| [a.on, a.off.unwrap_or(0.0)]))
             .filter(|t| t.is_finite())
-            .fold(job.samples.len() as f64 / fs, f64::max);
+            .fold(job.sound.samples() as f64 / fs, f64::max);
         let t_end = if positive(t_end) { t_end } else { 1.0 };
-        let spans = job
-            .run
+        let spans: Vec<Span> = job
             .summary
             .alarms
             .iter()
@@ -58,21 +59,14 @@ impl<'a> Scene<'a> {
                 f: a.f,
             })
             .collect();
-        let highest = job
-            .run
-            .lines
-            .iter()
-            .flat_map(|l| &l.modes)
-            .map(|m| m.f)
-            .filter(|f| f.is_finite())
-            .fold(0.0, f64::max);
-        let wanted = (1.15 * job.band_hz.1).max(1.05 * highest);
+        let wanted = (1.15 * job.band_hz.1).max(1.05 * job.course.highest_hz);
         let f_top = if positive(wanted) { wanted } else { fs };
         Self {
             job,
             fs,
             t_end,
             f_top: f_top.min(0.5 * fs),
+            drawn: drawn(&spans, t_end),
             spans,
         }
     }
@@ -86,44 +80,33 @@ impl<'a> Scene<'a> {
     /// Teeth of the cutter, where the speed in use is that of the spindle for certain: one
     /// that was found in the sound alone, or against what was told, may be the teeth's.
     pub(super) fn teeth_of_the_speed(&self) -> Option<u32> {
-        let run = self.job.run;
-        let tacho = run
-            .lines
-            .iter()
-            .any(|l| l.spindle.source == SpeedSource::Tacho);
         let contradicted = |n: &NoticeRecord| matches!(n.what, NoticeKind::Contradiction { .. });
-        let told = self.job.rpm.is_some() && !run.summary.notices.iter().any(contradicted);
-        self.job.teeth.filter(|z| *z > 1 && (told || tacho))
+        let told = self.job.rpm.is_some() && !self.job.summary.notices.iter().any(contradicted);
+        let known = told || self.job.course.by_tacho;
+        self.job.teeth.filter(|z| *z > 1 && known)
     }
 
     /// Frequency whose multiples are forced vibration, Hz, and its name: tooth
     /// passing if the teeth are known, else the spindle. By the last speed that was read
     /// off sound or tacho, else by the told one.
     pub(super) fn forcing(&self) -> Option<(f64, &'static str)> {
-        let read = self.job.run.summary.spindle.rpm_last;
+        let read = self.job.summary.spindle.rpm_last;
         let rpm = read.or(self.job.rpm);
         let turn = rpm.filter(|r| r.is_finite() && *r > 0.0)? / 60.0;
         Some(self.forcing_of(turn))
     }
 
-    /// The same at an instant.
-    pub(super) fn forcing_at(&self, t: f64) -> Option<(f64, &'static str)> {
-        self.spindle_at(t).map(|turn| self.forcing_of(turn))
-    }
-
-    fn forcing_of(&self, turn: f64) -> (f64, &'static str) {
+    /// The same where the spindle turns at `turn` revolutions/s.
+    pub(super) fn forcing_of(&self, turn: f64) -> (f64, &'static str) {
         match self.teeth_of_the_speed() {
             Some(teeth) => (turn * f64::from(teeth), "tooth passing"),
             None => (turn, "spindle"),
         }
     }
 
-    /// Spindle speed at an instant, Hz: that of the nearest line, else the told one.
-    pub(super) fn spindle_at(&self, t: f64) -> Option<f64> {
-        let lines = self.job.run.lines.iter().filter(|l| l.t.is_finite());
-        let known = lines.filter_map(|l| Some((l.t, l.spindle.rpm?)));
-        let nearest = known.min_by(|a, b| (a.0 - t).abs().total_cmp(&(b.0 - t).abs()));
-        let rpm = nearest.map(|(_, rpm)| rpm).or(self.job.rpm)?;
+    /// Spindle speed, Hz, where a line told one or none; the told one else.
+    pub(super) fn spindle(&self, rpm: Option<f64>) -> Option<f64> {
+        let rpm = rpm.or(self.job.rpm)?;
         (rpm.is_finite() && rpm > 0.0).then_some(rpm / 60.0)
     }
 
@@ -172,6 +155,24 @@ impl<'a> Scene<'a> {
         }
         taken
     }
+}
+
+/// Spans up to so many are drawn one by one.
+const FEW: usize = 500;
+/// Else those are joined that are this part of the time axis apart.
+const TOUCHING: f64 = 1e-3;
+
+fn drawn(spans: &[Span], t_end: f64) -> Vec<(f64, f64)> {
+    let mut drawn: Vec<(f64, f64)> = Vec::new();
+    for span in spans {
+        match drawn.last_mut() {
+            Some(last) if spans.len() > FEW && span.on - last.1 < TOUCHING * t_end => {
+                last.1 = last.1.max(span.off);
+            }
+            _ => drawn.push((span.on, span.off)),
+        }
+    }
+    drawn
 }
 
 /// Whether a label at `at` overlaps none of those already there.

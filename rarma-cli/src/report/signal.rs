@@ -9,10 +9,8 @@ const HEIGHT: f64 = 120.0;
 
 /// Draws the figure.
 pub(super) fn figure(scene: &Scene<'_>) -> String {
-    let samples = scene.job.samples;
-    let finite = || samples.iter().copied().filter(|v| v.is_finite());
-    let high = finite().fold(f64::MIN, f64::max);
-    let low = finite().fold(f64::MAX, f64::min);
+    let sound = scene.job.sound;
+    let (low, high) = sound.ends().unwrap_or((f64::MAX, f64::MIN));
     let mut panel = Panel::new(scene, HEIGHT, "(a) Signal");
     let y = if low <= high {
         let room = 0.06 * (high - low) + 1e-12 * high.abs().max(low.abs());
@@ -22,10 +20,9 @@ pub(super) fn figure(scene: &Scene<'_>) -> String {
     };
     panel.axes(&y, 4, "input units");
     panel.spans();
-    let path = if samples.len() > 2 * columns() {
-        envelope(samples, scene, &panel.x, &y)
-    } else {
-        line(samples, scene, &panel.x, &y)
+    let path = match sound.whole() {
+        Some(samples) if samples.len() <= 2 * columns() => line(samples, scene, &panel.x, &y),
+        _ => envelope(scene, &panel.x, &y),
     };
     panel.add(&path);
     if scene.truth().is_some() {
@@ -70,20 +67,16 @@ fn line(samples: &[f64], scene: &Scene<'_>, x: &Axis, y: &Axis) -> String {
 }
 
 /// A closed outline, one column per pixel; gaps where nothing is finite.
-fn envelope(samples: &[f64], scene: &Scene<'_>, x: &Axis, y: &Axis) -> String {
+fn envelope(scene: &Scene<'_>, x: &Axis, y: &Axis) -> String {
     let mut d = String::new();
-    let per_column = samples.len() as f64 / columns() as f64;
+    let samples = scene.job.sound.samples();
+    let per_column = samples as f64 / columns() as f64;
     for column in 0..columns() {
-        let from = (column as f64 * per_column) as usize;
-        let to = (((column + 1) as f64 * per_column) as usize).min(samples.len());
-        let finite = || samples[from..to].iter().copied().filter(|v| v.is_finite());
-        let (low, high) = (
-            finite().fold(f64::MAX, f64::min),
-            finite().fold(f64::MIN, f64::max),
-        );
-        if low > high {
+        let from = (column as f64 * per_column) as u64;
+        let to = (((column + 1) as f64 * per_column) as u64).min(samples);
+        let Some((low, high)) = scene.job.sound.between(from, to) else {
             continue;
-        }
+        };
         let (bottom, top) = (y.at(low), y.at(high));
         put!(
             d,

@@ -1,5 +1,6 @@
 //! Alarms and settings as tables.
 
+use super::course::ROWS;
 use super::text::{count, escape, hertz, percent, seconds, significant, with_unit};
 use super::timeline::name;
 use super::{Scene, amplitude};
@@ -7,7 +8,7 @@ use crate::record::{Reason, State};
 
 /// One row per alarm.
 pub(super) fn alarms(scene: &Scene<'_>) -> String {
-    let alarms = &scene.job.run.summary.alarms;
+    let alarms = &scene.job.summary.alarms;
     let mut html = String::from("<section aria-label=\"Alarms\">\n<h2>Alarms</h2>\n");
     if alarms.is_empty() {
         html.push_str("<p>None.</p>\n</section>\n");
@@ -26,7 +27,7 @@ pub(super) fn alarms(scene: &Scene<'_>) -> String {
         "<th scope=\"col\">nearest multiple of the spindle</th>\
          <th scope=\"col\">lowest damping ratio ζ</th><th scope=\"col\">amplitude</th></tr></thead>\n<tbody>\n",
     );
-    for (i, alarm) in alarms.iter().enumerate() {
+    for (i, alarm) in alarms.iter().take(ROWS).enumerate() {
         let end = alarm.off.unwrap_or(scene.t_end);
         put!(
             html,
@@ -40,13 +41,15 @@ pub(super) fn alarms(scene: &Scene<'_>) -> String {
             seconds(end - alarm.on),
             hertz(alarm.f),
         );
+        let noted = scene.job.course.noted(i, alarm).unwrap_or_default();
+        let turn = scene.spindle(noted.rpm);
         if forcing.is_some() {
-            let then = scene.forcing_at(alarm.on);
+            let then = turn.map(|turn| scene.forcing_of(turn));
             let multiple = then.map(|(f, _)| with_unit(alarm.f / f, "×"));
             put!(html, "<td>{}</td>", multiple.unwrap_or_else(|| "–".into()));
         }
-        let nearest = scene.spindle_at(alarm.on).map(|f| nearest(alarm.f, f));
-        let said = amplitude::of_alarm(scene, alarm).map(amplitude::word);
+        let nearest = turn.map(|f| nearest(alarm.f, f));
+        let said = noted.said.map(amplitude::word);
         put!(
             html,
             "<td>{}</td><td>{}</td><td>{}</td></tr>\n",
@@ -55,7 +58,16 @@ pub(super) fn alarms(scene: &Scene<'_>) -> String {
             said.unwrap_or("too short to tell")
         );
     }
-    html.push_str("</tbody>\n</table></div>\n</section>\n");
+    html.push_str("</tbody>\n</table></div>\n");
+    let all = alarms.len() as u64 + scene.job.summary.alarms_left_out;
+    if all > ROWS as u64 {
+        put!(
+            html,
+            "<p>{} alarms more are not listed.</p>\n",
+            count(all - ROWS as u64)
+        );
+    }
+    html.push_str("</section>\n");
     html
 }
 
@@ -101,25 +113,10 @@ fn words_for(state: State, reason: Reason) -> &'static str {
 
 /// How long the state was what it was for which reason.
 pub(super) fn reasons(scene: &Scene<'_>) -> String {
-    let lines = &scene.job.run.lines;
-    let mut spent: Vec<(State, Reason, f64)> = Vec::new();
-    for (i, line) in lines.iter().enumerate() {
-        // A line holds until the next one speaks.
-        let until = lines.get(i + 1).map_or(scene.t_end, |next| next.t);
-        let passed = until - line.t;
-        if !(passed > 0.0 && passed.is_finite()) {
-            continue;
-        }
-        let same = |s: &&mut (State, Reason, f64)| s.0 == line.state && s.1 == line.reason;
-        match spent.iter_mut().find(same) {
-            Some(row) => row.2 += passed,
-            None => spent.push((line.state, line.reason, passed)),
-        }
-    }
+    let spent = scene.job.course.spent(scene.t_end);
     if spent.is_empty() {
         return String::new();
     }
-    spent.sort_by(|a, b| b.2.total_cmp(&a.2));
     let mut html = String::from(
         "<section aria-label=\"Reasons\">\n<h2>Why</h2>\n<div class=\"scroll\"><table>\n\
          <thead><tr><th scope=\"col\">time</th><th scope=\"col\">state</th>\
@@ -140,7 +137,7 @@ pub(super) fn reasons(scene: &Scene<'_>) -> String {
 
 /// The spindle as it was heard, in words.
 fn heard(scene: &Scene<'_>) -> Option<String> {
-    let summary = &scene.job.run.summary;
+    let summary = scene.job.summary;
     let spindle = &summary.spindle;
     let (first, last) = (spindle.rpm_first?, spindle.rpm_last?);
     let mut said = format!(
@@ -159,7 +156,7 @@ fn heard(scene: &Scene<'_>) -> Option<String> {
 /// What the run was made with, and how long it was in which state.
 pub(super) fn settings(scene: &Scene<'_>) -> String {
     let job = scene.job;
-    let summary = &job.run.summary;
+    let summary = job.summary;
     let [p, q] = summary.order;
     let mut rows = vec![
         ("Source", escape(job.source_name)),
@@ -167,9 +164,9 @@ pub(super) fn settings(scene: &Scene<'_>) -> String {
             "Samples",
             format!(
                 "{} at {}, {}",
-                count(job.samples.len() as u64),
+                count(job.sound.samples()),
                 hertz(job.fs),
-                seconds(job.samples.len() as f64 / scene.fs)
+                seconds(job.sound.samples() as f64 / scene.fs)
             ),
         ),
         (
@@ -226,8 +223,7 @@ pub(super) fn settings(scene: &Scene<'_>) -> String {
     if !states.is_empty() {
         rows.push(("Time in each state", states.join(", ")));
     }
-    let most = strongest(scene);
-    if let Some(amplitude) = most {
+    if let Some(amplitude) = job.course.strongest {
         rows.push((
             "Strongest mode",
             format!("{} input units, peak", significant(amplitude)),
@@ -245,13 +241,4 @@ pub(super) fn settings(scene: &Scene<'_>) -> String {
     }
     html.push_str("</tbody>\n</table></div>\n</section>\n");
     html
-}
-
-/// Largest amplitude any mode reached.
-fn strongest(scene: &Scene<'_>) -> Option<f64> {
-    let modes = scene.job.run.lines.iter().flat_map(|l| &l.modes);
-    modes
-        .map(|m| m.amplitude)
-        .filter(|a| a.is_finite())
-        .max_by(f64::total_cmp)
 }

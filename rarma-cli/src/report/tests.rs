@@ -3,7 +3,7 @@
 use super::*;
 use crate::record::{
     Alarm, AmplitudeRecord, AmplitudeVerdict, HistogramRecord, Label, Line, ModeRecord, Origin,
-    Reason, SpeedSource, SpindleRecord, SpindleSummary, State, Summary,
+    Reason, Run, SpeedSource, SpindleRecord, SpindleSummary, State, Summary,
 };
 use rarma_core::decide::Histogram;
 
@@ -31,8 +31,10 @@ fn empty() -> Run {
             samples: 0,
             order: [4, 3],
             alarms: Vec::new(),
+            alarms_left_out: 0,
             state_seconds: Default::default(),
             notices: Vec::new(),
+            notices_left_out: 0,
             spindle: SpindleSummary {
                 rpm_first: None,
                 rpm_last: None,
@@ -99,13 +101,31 @@ fn chatter(n: usize) -> Run {
     run
 }
 
-fn job<'a>(run: &'a Run, samples: &'a [f64]) -> ReportInput<'a> {
+/// What a page of a run is made of.
+struct Played {
+    sound: Sound,
+    course: Course,
+    summary: Summary,
+}
+
+fn played(run: &Run, samples: &[f64]) -> Played {
+    let mut course = Course::default();
+    run.tell(|news| course.take(&news));
+    Played {
+        sound: Sound::of(samples, 5000.0, (200.0, 2000.0)),
+        course,
+        summary: run.summary.clone(),
+    }
+}
+
+fn job(played: &Played) -> ReportInput<'_> {
     ReportInput {
         title: "job",
         source_name: "cut.wav",
-        samples,
+        sound: &played.sound,
         fs: 5000.0,
-        run,
+        course: &played.course,
+        summary: &played.summary,
         threshold: 0.01,
         band_hz: (200.0, 2000.0),
         rpm: Some(4500.0),
@@ -142,7 +162,7 @@ fn sound(page: &str) {
 #[test]
 fn a_chatter_page_says_so() {
     let (run, samples) = (chatter(200), tone(10_000));
-    let page = page(&job(&run, &samples));
+    let page = page(&job(&played(&run, &samples)));
     sound(&page);
     assert!(page.contains("Chatter at 898\u{a0}Hz from 1\u{a0}s to the end</h1>"));
     assert!(page.contains("the alarm came 0.1\u{a0}s later"));
@@ -167,7 +187,7 @@ fn nothing_to_show_is_no_reason_to_panic() {
         vec![0.0; 5000],
         vec![f64::NAN; 5000],
     ] {
-        let page = page(&job(&run, &samples));
+        let page = page(&job(&played(&run, &samples)));
         sound(&page);
         assert!(page.contains("No verdict"));
     }
@@ -175,7 +195,7 @@ fn nothing_to_show_is_no_reason_to_panic() {
     for line in &mut run.lines {
         line.modes.clear();
     }
-    sound(&page(&job(&run, &tone(10_000))));
+    sound(&page(&job(&played(&run, &tone(10_000)))));
 }
 
 #[test]
@@ -192,7 +212,8 @@ fn broken_numbers_do_not_reach_the_page() {
     run.summary.alarms[0].off = Some(f64::NAN);
     run.summary.alarms[0].zeta = f64::NAN;
     let samples = tone(1000);
-    let mut job = job(&run, &samples);
+    let played = played(&run, &samples);
+    let mut job = job(&played);
     sound(&page(&job));
     (job.fs, job.band_hz, job.threshold) = (f64::NAN, (f64::NAN, f64::INFINITY), f64::NAN);
     (job.rpm, job.truth_onset_s) = (Some(f64::INFINITY), Some(f64::NAN));
@@ -204,7 +225,8 @@ fn broken_numbers_do_not_reach_the_page() {
 #[test]
 fn strings_from_outside_stay_text() {
     let (run, samples) = (chatter(10), tone(1000));
-    let mut job = job(&run, &samples);
+    let played = played(&run, &samples);
+    let mut job = job(&played);
     let evil = "\"><script>x</script>&'";
     (job.title, job.source_name, job.version) = (evil, evil, evil);
     job.truth_note = Some(evil.into());
@@ -231,7 +253,8 @@ fn a_minute_stays_small() {
             ));
         }
     }
-    let mut job = job(&run, &samples);
+    let played = played(&run, &samples);
+    let mut job = job(&played);
     job.fs = 8000.0;
     let size = page(&job).len();
     assert!(size < 2_000_000, "{size} bytes");
@@ -242,7 +265,8 @@ fn verdicts() {
     let headline = |seconds: &[(State, f64)]| {
         let mut run = empty();
         run.summary.state_seconds = seconds.iter().copied().collect();
-        let job = job(&run, &[]);
+        let played = played(&run, &[]);
+        let job = job(&played);
         words::verdict(&Scene::new(&job)).headline
     };
     for (seconds, want) in [
@@ -270,7 +294,7 @@ fn verdicts() {
 fn the_file_is_written_where_asked() {
     let dir = tempfile::tempdir().unwrap();
     let (run, samples) = (chatter(10), tone(1000));
-    let path = write(&dir.path().join("a/b"), &job(&run, &samples)).unwrap();
+    let path = write(&dir.path().join("a/b"), &job(&played(&run, &samples))).unwrap();
     assert!(path.ends_with("a/b/index.html"));
     assert!(
         std::fs::read_to_string(path)

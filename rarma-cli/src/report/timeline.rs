@@ -31,14 +31,14 @@ pub(super) fn name(state: State) -> &'static str {
 
 /// Draws the figure.
 pub(super) fn figure(scene: &Scene<'_>) -> String {
-    let lines = &scene.job.run.lines;
-    let total = |state| scene.job.run.summary.state_seconds.get(&state).copied();
+    let course = scene.job.course;
+    let total = |state| scene.job.summary.state_seconds.get(&state).copied();
     let shown: Vec<(State, &str)> = STATES
         .into_iter()
         .filter(|(s, _)| {
             // The three that a cut goes through are always there to compare.
             matches!(s, State::Chatter | State::Warning | State::Stable)
-                || lines.iter().any(|l| l.state == *s)
+                || course.moments().any(|m| m.has(*s))
                 || total(*s).is_some_and(|t| t > 0.0)
         })
         .collect();
@@ -79,15 +79,15 @@ pub(super) fn figure(scene: &Scene<'_>) -> String {
 /// Stretches of one state as horizontal strokes. Strokes that a viewer could
 /// not tell apart are joined.
 fn runs(scene: &Scene<'_>, x: &Axis, state: State, y: f64) -> String {
-    let lines = &scene.job.run.lines;
+    let mut moments = scene.job.course.moments().peekable();
     let mut strokes: Vec<(f64, f64)> = Vec::new();
-    for (i, line) in lines.iter().enumerate() {
-        if line.state != state || !line.t.is_finite() {
+    while let Some(moment) = moments.next() {
+        if !moment.has(state) {
             continue;
         }
         // A line holds until the next one speaks.
-        let until = lines.get(i + 1).map_or(scene.t_end, |next| next.t);
-        let (from, to) = (x.at(line.t), x.at(until));
+        let until = moments.peek().map_or(scene.t_end, |next| next.t);
+        let (from, to) = (x.at(moment.t), x.at(until));
         let to = to.max(from + 0.5);
         match strokes.last_mut() {
             Some(last) if from - last.1 < 0.3 => last.1 = last.1.max(to),

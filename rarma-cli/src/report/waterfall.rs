@@ -3,15 +3,13 @@
 use super::axis::Axis;
 use super::colours::{SHADES, bitmap, gradient_stops};
 use super::panel::{LEFT, Panel, RIGHT, TOP};
+use super::sound::{ROWS, SHORTEST, hann, mean, window};
 use super::text::{hertz, px, seconds, significant};
-use super::{Scene, multiples};
+use super::{Scene, Sound, multiples};
 use realfft::RealFftPlanner;
 
 const HEIGHT: f64 = 260.0;
 const COLUMNS: usize = 720;
-const ROWS: usize = 208;
-/// Shortest window that still shows more than a smear.
-const SHORTEST: usize = 32;
 
 /// Levels in dB on a grid of pixels.
 struct Grid {
@@ -73,7 +71,7 @@ pub(super) fn figure(scene: &Scene<'_>) -> String {
 
 /// What removing the multiples costs, in words.
 fn blind(scene: &Scene<'_>) -> String {
-    let spindle = &scene.job.run.summary.spindle;
+    let spindle = &scene.job.summary.spindle;
     match spindle.notch_hz.filter(|f| f.is_finite() && *f > 0.0) {
         Some(notch) => format!(
             " They were followed and removed for {}; within {} either side of each, nothing \
@@ -93,7 +91,7 @@ fn draw(panel: &mut Panel<'_>, scene: &Scene<'_>, grid: &Grid) {
         .map(|v| (((v - grid.low) / span).clamp(0.0, 1.0) * (SHADES - 1) as f64).round() as u8)
         .collect();
     if let Some(data) = bitmap(COLUMNS, ROWS, &shades) {
-        let end = panel.x.at(scene.job.samples.len() as f64 / scene.fs);
+        let end = panel.x.at(scene.job.sound.samples() as f64 / scene.fs);
         panel.add(&format!(
             "<image class=\"inks\" x=\"{LEFT}\" y=\"{TOP}\" width=\"{}\" height=\"{HEIGHT}\" \
              preserveAspectRatio=\"none\" aria-hidden=\"true\" href=\"{data}\"/>",
@@ -121,30 +119,45 @@ fn draw(panel: &mut Panel<'_>, scene: &Scene<'_>, grid: &Grid) {
 /// Short-time spectra, averaged where a pixel column holds more than one
 /// window; `None` if there is not even one window of samples.
 fn analyse(scene: &Scene<'_>) -> Option<Grid> {
-    let samples = scene.job.samples;
-    // Fine enough that a row holds one bin, short enough to see the onset.
-    let wanted = 1.4 * ROWS as f64 * scene.fs / scene.f_top;
+    let (window, power) = match scene.job.sound.whole() {
+        Some(samples) => of_whole(samples, scene)?,
+        None => of_long(scene.job.sound)?,
+    };
+    let mut level = vec![0.0; COLUMNS * ROWS];
+    let edge = |r: usize| r as f64 / ROWS as f64 * scene.f_top * window as f64 / scene.fs;
+    for (column, power) in power.iter().enumerate() {
+        for row in 0..ROWS {
+            level[(ROWS - 1 - row) * COLUMNS + column] = pick(power, edge(row), edge(row + 1));
+        }
+    }
+    let (low, high) = range(&level)?;
+    Some(Grid {
+        window,
+        level,
+        low,
+        high,
+    })
+}
+
+/// Window, and mean power at every frequency of it, column by column.
+type Spectra = (usize, Vec<Vec<f64>>);
+
+/// Of a recording whose samples are all kept.
+fn of_whole(samples: &[f64], scene: &Scene<'_>) -> Option<Spectra> {
     let longest = (samples.len() / 8).max(SHORTEST);
-    let window = (wanted.clamp(SHORTEST as f64, 16384.0) as usize).min(longest);
-    let window = (window + 1).next_power_of_two() / 2;
+    let window = window(scene.fs, scene.f_top, longest);
     if samples.len() < window || window < SHORTEST {
         return None;
     }
-    let hann: Vec<f64> = (0..window)
-        .map(|i| 0.5 - 0.5 * (std::f64::consts::TAU * (i as f64 + 0.5) / window as f64).cos())
-        .collect();
-    let gain = 2.0 / hann.iter().sum::<f64>();
-    let finite = || samples.iter().copied().filter(|v| v.is_finite());
-    let mean = finite().sum::<f64>() / finite().count().max(1) as f64;
-
+    let (hann, gain) = hann(window);
+    let mean = mean(samples);
     let fft = RealFftPlanner::<f64>::new().plan_fft_forward(window);
     let (mut input, mut output) = (fft.make_input_vec(), fft.make_output_vec());
     let per_column = samples.len() as f64 / COLUMNS as f64;
     let pieces = ((per_column / window as f64).ceil() as usize).clamp(1, 4);
-    let mut level = vec![0.0; COLUMNS * ROWS];
-    let mut power = vec![0.0; output.len()];
+    let mut all = Vec::with_capacity(COLUMNS);
     for column in 0..COLUMNS {
-        power.fill(0.0);
+        let mut power = vec![0.0; output.len()];
         for piece in 0..pieces {
             let within = (piece as f64 + 0.5) / pieces as f64;
             let centre = (column as f64 + within) * per_column;
@@ -159,18 +172,18 @@ fn analyse(scene: &Scene<'_>) -> Option<Grid> {
                 *sum += bin.norm_sqr() * gain * gain / pieces as f64;
             }
         }
-        for row in 0..ROWS {
-            let edge = |r: usize| r as f64 / ROWS as f64 * scene.f_top * window as f64 / scene.fs;
-            level[(ROWS - 1 - row) * COLUMNS + column] = pick(&power, edge(row), edge(row + 1));
-        }
+        all.push(power);
     }
-    let (low, high) = range(&level)?;
-    Some(Grid {
-        window,
-        level,
-        low,
-        high,
-    })
+    Some((window, all))
+}
+
+/// Of one that was analysed as it came.
+fn of_long(sound: &Sound) -> Option<Spectra> {
+    let samples = sound.samples();
+    let at = |column: usize| (column as f64 / COLUMNS as f64 * samples as f64) as u64;
+    let (window, _) = sound.spectrum(0, 0)?;
+    let column = |c| Some(sound.spectrum(at(c), at(c + 1))?.1);
+    Some((window, (0..COLUMNS).map(column).collect::<Option<_>>()?))
 }
 
 /// Level in dB of the bins between two places: the strongest of them, or, where

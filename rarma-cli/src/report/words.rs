@@ -44,7 +44,7 @@ pub(super) struct Verdict {
 
 /// The run in words a machinist can act on.
 pub(super) fn verdict(scene: &Scene<'_>) -> Verdict {
-    let summary = &scene.job.run.summary;
+    let summary = scene.job.summary;
     let spent = |state| summary.state_seconds.get(&state).copied().unwrap_or(0.0);
     let total: f64 = summary.state_seconds.values().sum();
     let cutting = spent(State::Stable) + spent(State::Warning) + spent(State::Chatter);
@@ -90,7 +90,7 @@ pub(super) fn verdict(scene: &Scene<'_>) -> Verdict {
             Tone::Bad,
             format!(
                 "Chatter {} times, first at {} from {}",
-                summary.alarms.len(),
+                summary.alarms.len() as u64 + summary.alarms_left_out,
                 hertz(first.f),
                 seconds(first.on)
             ),
@@ -119,7 +119,7 @@ pub(super) fn verdict(scene: &Scene<'_>) -> Verdict {
 
 /// What is wrong with what is known of the spindle; of many faults, the first ones.
 fn notices(scene: &Scene<'_>) -> impl Iterator<Item = String> {
-    let notices = &scene.job.run.summary.notices;
+    let notices = &scene.job.summary.notices;
     notices.iter().take(4).map(|notice| {
         let t = seconds(notice.t);
         match notice.what {
@@ -150,7 +150,7 @@ fn against_truth(scene: &Scene<'_>) -> Option<String> {
         Some(note) if !note.is_empty() => format!(" ({note})"),
         _ => String::new(),
     };
-    let alarms = &scene.job.run.summary.alarms;
+    let alarms = &scene.job.summary.alarms;
     let early = alarms.iter().filter(|a| a.on < onset).count();
     let first_after = alarms.iter().find(|a| a.on >= onset);
     let mut said = format!("The cut truly lost stability at {}{source}", seconds(onset));
@@ -216,12 +216,11 @@ pub(super) fn how_to_read(scene: &Scene<'_>) -> String {
 
 /// The rule with the numbers of this run.
 fn example(scene: &Scene<'_>) -> String {
-    let seen = || {
-        let modes = scene.job.run.lines.iter().flat_map(|l| &l.modes);
-        modes.map(|m| m.f).find(|f| f.is_finite() && *f > 0.0)
-    };
     let alarm = scene.spans.first().map(|s| s.f);
-    let Some(f) = alarm.filter(|f| f.is_finite() && *f > 0.0).or_else(seen) else {
+    let Some(f) = alarm
+        .filter(|f| f.is_finite() && *f > 0.0)
+        .or(scene.job.course.first_hz)
+    else {
         return String::new();
     };
     let zeta = scene.job.threshold;

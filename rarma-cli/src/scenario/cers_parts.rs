@@ -32,7 +32,7 @@ pub(super) fn excitation(s: &mut Section<'_>) -> Result<Drive, Refusal> {
     )?;
     let rms = s.number(
         "rms_a",
-        Allowed::above(0.0, 20.0),
+        Allowed::within(1e-6, 20.0),
         Some(d.rms_a),
         "Current of each direction, A rms",
     )?;

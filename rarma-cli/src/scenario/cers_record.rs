@@ -141,7 +141,7 @@ fn signals(path: &Path, setup: Setup) -> Result<CersRecord, Failure> {
     })
 }
 
-const POSITIVE: Allowed = Allowed::above(0.0, 1e9);
+const POSITIVE: Allowed = Allowed::within(1e-12, 1e9);
 
 fn setup(root: &mut Section<'_>) -> Result<Setup, Refusal> {
     let name = root.words("name", "Name of the structure")?;
@@ -151,7 +151,7 @@ fn setup(root: &mut Section<'_>) -> Result<Setup, Refusal> {
         None,
         "Samples a second",
     )?;
-    let bias_a = root.number("bias_a", Allowed::above(0.0, 20.0), None, "Bias, A")?;
+    let bias_a = root.number("bias_a", Allowed::within(1e-6, 20.0), None, "Bias, A")?;
     let orders = root.numbers(
         "orders",
         Allowed::within(0.01, 100.0),

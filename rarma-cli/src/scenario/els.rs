@@ -5,7 +5,7 @@ use super::file;
 use super::reader::{Allowed, Refusal, Section};
 use super::shared::{MM, N_PER_UM};
 use crate::failure::Failure;
-use hal_sim::plant::els::beam::Theory;
+use hal_sim::plant::els::beam::{Segment, Theory};
 use hal_sim::plant::els::link::{Link, LinkLaw};
 use hal_sim::plant::els::{Clamping, ElsConfig};
 use rarma_core::els::CutConfig;
@@ -83,7 +83,14 @@ pub fn els_schema() -> Value {
     schema
 }
 
-pub(super) const STIFFNESS: Allowed = Allowed::above(0.0, 1e6);
+pub(super) const STIFFNESS: Allowed = Allowed::within(1e-6, 1e6);
+/// Nodes of a system at most: five coordinates each, in dense matrices.
+const MOST_NODES: usize = 100;
+const PER_NODE: f64 = 5.0;
+/// Loads at most.
+const MOST_LOADS: usize = 100;
+/// Cube of the coordinates times the top of the receptance, Hz, at most: a minute or so.
+const MOST_WORK: f64 = 1e11;
 const LOAD_N: Allowed = Allowed::within(0.0, 1e5);
 
 fn read(root: &mut Section<'_>) -> Result<ElsScenario, Refusal> {
@@ -161,6 +168,29 @@ fn read(root: &mut Section<'_>) -> Result<ElsScenario, Refusal> {
             if list {
                 return Err(root.refuse(field, "is missing (allowed: at least one)"));
             }
+        }
+        let nodes = |s: &[Segment]| 1 + s.iter().map(|s| s.elements).sum::<usize>();
+        let places = nodes(&holder) + nodes(&spindle) + 2 * joints.len() + bearings.len();
+        if places > MOST_NODES {
+            let what = format!(
+                "has {places} nodes with spindle, joints and bearings (allowed: up to {MOST_NODES}; fewer elements)"
+            );
+            return Err(root.refuse("holder", what));
+        }
+        let conditions = loads_n.len() + deflection_loads_n.len();
+        if conditions > MOST_LOADS {
+            let what = format!(
+                "has {conditions} entries with those of the deflections (allowed: up to {MOST_LOADS})"
+            );
+            return Err(root.refuse("loads_n", what));
+        }
+        let work = (PER_NODE * places as f64).powi(3) * top_hz;
+        if work > MOST_WORK {
+            let what = format!(
+                "is {top_hz} (allowed: up to {:.0} with {places} nodes)",
+                top_hz * MOST_WORK / work
+            );
+            return Err(root.refuse("top_hz", what));
         }
         if spindle.is_empty() && !(joints.is_empty() && bearings.is_empty()) {
             return Err(root.refuse(

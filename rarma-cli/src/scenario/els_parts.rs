@@ -127,7 +127,7 @@ pub(super) fn link(s: &mut Section<'_>) -> Result<Link, Refusal> {
     )?;
     let modulus = s.number(
         "modulus_gpa",
-        Allowed::above(0.0, 2000.0),
+        Allowed::within(1e-3, 2000.0),
         Some(115.0),
         "Modulus of contact E*, GPa",
     )?;
@@ -162,13 +162,13 @@ pub(super) fn link(s: &mut Section<'_>) -> Result<Link, Refusal> {
 pub(super) fn cut(s: &mut Section<'_>) -> Result<(CutConfig<f64>, f64), Refusal> {
     let ks = s.number(
         "ks_n_per_mm2",
-        Allowed::above(0.0, 1e5),
+        Allowed::within(1e-3, 1e5),
         Some(2000.0),
         "Specific cutting stiffness, N/mm²",
     )?;
     let teeth = s.number(
         "teeth_in_cut",
-        Allowed::above(0.0, 100.0),
+        Allowed::within(1e-3, 100.0),
         Some(1.0),
         "Teeth in the cut on average",
     )?;

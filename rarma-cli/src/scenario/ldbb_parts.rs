@@ -4,7 +4,7 @@ use super::reader::{Allowed, Refusal, Section};
 use super::shared::N_PER_UM;
 use hal_sim::plant::ldbb::{Around, GaugeConfig, Geometry, MachineConfig};
 
-const STIFFNESS: Allowed = Allowed::above(0.0, 1e4);
+const STIFFNESS: Allowed = Allowed::within(1e-3, 1e4);
 const SMALL_UM: Allowed = Allowed::within(-500.0, 500.0);
 
 pub(super) fn gauge(s: &mut Section<'_>) -> Result<GaugeConfig, Refusal> {

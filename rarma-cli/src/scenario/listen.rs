@@ -66,11 +66,11 @@ fn sensor(s: &mut Section<'_>, seed: u64) -> Result<MicrophoneConfig, Refusal> {
             Ok(Enclosure {
                 f_hz: s.number(
                     "f_hz",
-                    Allowed::above(0.0, 0.499 * highest),
+                    Allowed::within(1.0, 0.499 * highest),
                     None,
                     "Frequency, Hz, below half the sample rate",
                 )?,
-                zeta: s.number("zeta", Allowed::above(0.0, 1.0), None, "Damping ratio, 1")?,
+                zeta: s.number("zeta", Allowed::within(1e-6, 1.0), None, "Damping ratio, 1")?,
                 gain: s.number(
                     "gain",
                     Allowed::within(-100.0, 100.0),
@@ -87,14 +87,14 @@ fn sensor(s: &mut Section<'_>, seed: u64) -> Result<MicrophoneConfig, Refusal> {
         )?,
         tones: s.tables("tone", "Steady tones of fans and pumps", |s| {
             Ok(Tone {
-                f_hz: s.number("f_hz", Allowed::above(0.0, 1e5), None, "Frequency, Hz")?,
+                f_hz: s.number("f_hz", Allowed::within(0.01, 1e5), None, "Frequency, Hz")?,
                 amplitude_pa: s.number("amplitude_pa", level, None, "Amplitude, Pa")?,
             })
         })?,
         converter: ConverterConfig {
             full_scale: s.number(
                 "full_scale_pa",
-                Allowed::above(0.0, 1e9),
+                Allowed::within(1e-9, 1e9),
                 None,
                 "Input that gives full scale, Pa",
             )?,
@@ -118,7 +118,7 @@ pub(super) fn hints(file: &mut Section<'_>) -> Result<BoxHints, Refusal> {
             .into_iter()
             .find(|o| format!("{},{}", o.p(), o.q()) == word)
             .unwrap_or(Order::O87);
-        let edge = Allowed::above(0.0, 1e5);
+        let edge = Allowed::within(0.1, 1e5);
         let low_hz = s.number(
             "band_from_hz",
             edge,

@@ -18,6 +18,7 @@ mod reader;
 mod shared;
 mod turning;
 mod value;
+mod work;
 
 pub use at_work::{AtWork, BOX_SHIPPED, box_schema, load_box, parse_box};
 pub use cers::{
@@ -121,15 +122,20 @@ fn read(root: &mut Section<'_>, seed: Option<u64>) -> Result<Loaded, Refusal> {
     )?;
     let own = root.whole("seed", (0, i64::MAX), Some(1), "Seed of everything random")?;
     let seed = seed.unwrap_or(own as u64);
+    let scenario = Scenario {
+        name,
+        process: process::process(root, seed)?,
+        microphone: listen::microphone(root, seed.wrapping_add(1))?,
+        duration_s,
+    };
+    let hints = listen::hints(root)?;
+    if !root.describes() {
+        work::check(root, &scenario)?;
+    }
     Ok(Loaded {
-        scenario: Scenario {
-            name,
-            process: process::process(root, seed)?,
-            microphone: listen::microphone(root, seed.wrapping_add(1))?,
-            duration_s,
-        },
+        scenario,
         about,
-        hints: listen::hints(root)?,
+        hints,
     })
 }
 

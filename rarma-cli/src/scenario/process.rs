@@ -67,7 +67,7 @@ fn milling(s: &mut Section<'_>, seed: u64) -> Result<MillingConfig, Refusal> {
     let engagement = engagement(s)?;
     let kt = s.number(
         "kt_n_per_mm2",
-        Allowed::above(0.0, 1e5),
+        Allowed::within(1e-3, 1e5),
         None,
         "Tangential cutting coefficient, N/mm²",
     )?;
@@ -178,7 +178,7 @@ fn engagement(s: &mut Section<'_>) -> Result<Engagement, Refusal> {
     )?;
     let a = s.number(
         "immersion",
-        Allowed::above(0.0, 1.0),
+        Allowed::within(1e-3, 1.0),
         Some(1.0),
         "Width of cut over diameter, 1; for up and down",
     )?;

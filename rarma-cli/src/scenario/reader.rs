@@ -6,10 +6,13 @@
 //! only keeps the description.
 
 pub(super) use super::value::{Allowed, Refusal, Text};
-use super::value::{integer, number, shown};
+use super::value::{integer, is_tiny, number, shown};
 use serde_json::{Map, Value, json};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+
+/// Entries of a list at most.
+const MOST_ENTRIES: usize = 1000;
 
 /// One table of the file.
 #[derive(Debug)]
@@ -84,7 +87,11 @@ impl<'a> Section<'a> {
 
     fn wrong(&self, field: &str, value: &DeValue<'_>, allowed: &str) -> Refusal {
         let shown = shown(value);
-        self.refuse(field, format!("is {shown} (allowed: {allowed})"))
+        let near = match number(value) {
+            Some(x) if is_tiny(x) => "; so near to 0 write 0",
+            _ => "",
+        };
+        self.refuse(field, format!("is {shown} (allowed: {allowed}{near})"))
     }
 
     fn missing(&self, field: &str, allowed: &str) -> Refusal {
@@ -109,12 +116,8 @@ impl<'a> Section<'a> {
         default: Option<f64>,
         doc: &str,
     ) -> Result<f64, Refusal> {
-        let mut schema = json!({ "type": "number", "maximum": allowed.high });
-        schema[if allowed.open {
-            "exclusiveMinimum"
-        } else {
-            "minimum"
-        }] = json!(allowed.low);
+        let mut schema =
+            json!({ "type": "number", "minimum": allowed.low, "maximum": allowed.high });
         if let Some(x) = default {
             schema["default"] = json!(x);
         }
@@ -137,7 +140,8 @@ impl<'a> Section<'a> {
         doc: &str,
     ) -> Result<Vec<f64>, Refusal> {
         let item = json!({ "type": "number", "minimum": allowed.low, "maximum": allowed.high });
-        let schema = json!({ "type": "array", "items": item, "default": [] });
+        let schema =
+            json!({ "type": "array", "items": item, "maxItems": MOST_ENTRIES, "default": [] });
         self.describe(field, false, schema, doc);
         let Some(value) = self.found(field) else {
             return Ok(Vec::new());
@@ -145,6 +149,7 @@ impl<'a> Section<'a> {
         let words = format!("a list of numbers, each {}", &allowed.words()[9..]);
         let refused = || self.wrong(field, value.get_ref(), &words);
         let items = value.get_ref().as_array().ok_or_else(refused)?;
+        self.few(field, items.len())?;
         items
             .iter()
             .map(|item| {
@@ -156,6 +161,17 @@ impl<'a> Section<'a> {
                     })
             })
             .collect()
+    }
+
+    /// That a list is no longer than any use.
+    fn few(&self, field: &str, entries: usize) -> Result<(), Refusal> {
+        if entries > MOST_ENTRIES {
+            return Err(self.refuse(
+                field,
+                format!("has {entries} entries (allowed: up to {MOST_ENTRIES})"),
+            ));
+        }
+        Ok(())
     }
 
     /// A whole number.
@@ -288,7 +304,8 @@ impl<'a> Section<'a> {
         if self.describes() {
             let mut inner = Section::new(self.text, path, 1, None);
             let value = read(&mut inner)?;
-            let schema = json!({ "type": "array", "items": inner.schema() });
+            let schema =
+                json!({ "type": "array", "items": inner.schema(), "maxItems": MOST_ENTRIES });
             self.describe(field, false, schema, doc);
             return Ok(vec![value]);
         }
@@ -297,6 +314,7 @@ impl<'a> Section<'a> {
         };
         let refused = || self.wrong(field, value.get_ref(), "a list of tables");
         let items = value.get_ref().as_array().ok_or_else(refused)?;
+        self.few(field, items.len())?;
         let mut out = Vec::with_capacity(items.len());
         for (k, item) in items.iter().enumerate() {
             let inner = item.get_ref().as_table().ok_or_else(refused)?;

@@ -9,7 +9,7 @@ pub(super) const N_PER_MM2: f64 = 1e6;
 pub(super) const N_PER_MM: f64 = 1e3;
 pub(super) const N_PER_UM: f64 = 1e6;
 /// Depths and distances, mm.
-pub(super) const LENGTH_MM: Allowed = Allowed::above(0.0, 1000.0);
+pub(super) const LENGTH_MM: Allowed = Allowed::within(0.01, 1000.0);
 pub(super) const PLACE_MM: Allowed = Allowed::within(-10_000.0, 10_000.0);
 pub(super) const DEPTH_MM: Allowed = Allowed::within(0.0, 200.0);
 pub(super) const TIME_S: Allowed = Allowed::within(0.0, 3600.0);
@@ -102,10 +102,10 @@ pub(super) fn bare_mode(s: &mut Section<'_>) -> Result<Mode, Refusal> {
         None,
         "Undamped natural frequency, Hz",
     )?;
-    let zeta = s.number("zeta", Allowed::above(0.0, 0.9), None, "Damping ratio, 1")?;
+    let zeta = s.number("zeta", Allowed::within(1e-5, 0.9), None, "Damping ratio, 1")?;
     let k = s.number(
         "stiffness_n_per_um",
-        Allowed::above(0.0, 1e6),
+        Allowed::within(1e-6, 1e6),
         None,
         "Modal stiffness, N/µm",
     )?;

@@ -24,7 +24,7 @@ pub(super) fn turning(s: &mut Section<'_>, seed: u64) -> Result<TurningConfig, R
     )?;
     let ks = s.number(
         "ks_n_per_mm2",
-        Allowed::above(0.0, 1e5),
+        Allowed::within(1e-3, 1e5),
         None,
         "Cutting coefficient in the direction of the chip thickness, N/mm²",
     )?;
@@ -36,7 +36,7 @@ pub(super) fn turning(s: &mut Section<'_>, seed: u64) -> Result<TurningConfig, R
     )?;
     let nose = s.number(
         "nose_radius_mm",
-        Allowed::above(0.0, 50.0),
+        Allowed::within(1e-3, 50.0),
         Some(0.8),
         "Nose radius of the tool, mm; for the surface",
     )?;

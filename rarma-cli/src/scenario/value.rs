@@ -25,48 +25,33 @@ impl Text<'_> {
     }
 }
 
-/// Numbers that are allowed.
+/// Numbers that are allowed: what a machine can have, so that nothing that is worked out
+/// from them leaves the range of numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Allowed {
     pub low: f64,
     pub high: f64,
-    /// `low` itself is not allowed.
-    pub open: bool,
 }
 
 impl Allowed {
     pub(super) const fn within(low: f64, high: f64) -> Self {
-        Self {
-            low,
-            high,
-            open: false,
-        }
-    }
-
-    pub(super) const fn above(low: f64, high: f64) -> Self {
-        Self {
-            low,
-            high,
-            open: true,
-        }
+        Self { low, high }
     }
 
     pub(super) fn holds(self, x: f64) -> bool {
-        x <= self.high
-            && if self.open {
-                x > self.low
-            } else {
-                x >= self.low
-            }
+        (self.low..=self.high).contains(&x) && !is_tiny(x)
     }
 
     pub(super) fn words(self) -> String {
-        if self.open {
-            format!("a number above {} and up to {}", self.low, self.high)
-        } else {
-            format!("a number from {} to {}", self.low, self.high)
-        }
+        format!("a number from {} to {}", self.low, self.high)
     }
+}
+
+/// Nearer to 0 nothing is: it would only leave the range of numbers further on.
+const TINY: f64 = 1e-30;
+
+pub(super) fn is_tiny(x: f64) -> bool {
+    x != 0.0 && x.abs() < TINY
 }
 
 pub(super) fn integer(value: &DeValue<'_>) -> Option<i64> {

@@ -3,6 +3,7 @@
 use super::roots::Crossing;
 use super::{DelaySystem, Root};
 use crate::plant::error::{PlantError, positive, require};
+use core::cell::Cell;
 
 /// Where to look for a limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,14 +47,23 @@ pub struct Border {
 ///
 /// # Errors
 /// `NoLimit` if every depth of the scan up to `high_m` is stable, or none is, however
-/// small; else what `at` gives.
+/// small; `GivenUp` if the search takes more than [`MOST_WORK`]; `Unsettled` if it cannot
+/// be told whether a depth is stable; else what `at` gives.
 pub fn limit(
     search: &DepthSearch,
     at: impl Fn(f64) -> Result<DelaySystem, PlantError>,
 ) -> Result<Border, PlantError> {
-    let depth_m = limit_by(search, |b| Ok(at(b)?.radius()))?;
+    let spent = Cell::new(0.0);
+    let depth_m = limit_by(search, |b| {
+        if spent.get() > MOST_WORK {
+            return Err(PlantError::GivenUp);
+        }
+        let (radius, work) = at(b)?.radius_and_work();
+        spent.set(spent.get() + work);
+        Ok(radius)
+    })?;
     let system = at(depth_m)?;
-    let root = *system.roots(1).first().ok_or(PlantError::NoLimit)?;
+    let root = *system.roots(1).first().ok_or(PlantError::Unsettled)?;
     let (re, im) = root.multiplier;
     Ok(Border {
         depth_m,
@@ -61,6 +71,12 @@ pub fn limit(
         root,
     })
 }
+
+/// Multiplications after which a search is given up: half a minute or so.
+pub const MOST_WORK: f64 = 3e10;
+
+/// Depths that are looked at before a search is given up.
+const MOST_LOOKS: u32 = 1000;
 
 /// A cut that is unstable at this part of the depth the scan starts at is so at any.
 const LEAST_PART: f64 = 1e-9;
@@ -78,9 +94,16 @@ pub fn limit_by(
     require(search.high_m.is_finite(), "high_m")?;
     require(search.ratio > 1.0, "ratio")?;
     require(search.tolerance > 0.0, "tolerance")?;
+    let looks = Cell::new(0);
     let excess = |b: f64| {
+        looks.set(looks.get() + 1);
+        if looks.get() > MOST_LOOKS {
+            return Err(PlantError::GivenUp);
+        }
         let radius = radius(b)?;
-        require(!radius.is_nan(), "radius")?;
+        if radius.is_nan() {
+            return Err(PlantError::Unsettled);
+        }
         Ok(radius - 1.0)
     };
     let (mut low, mut at_low) = (search.low_m, excess(search.low_m)?);

@@ -1,6 +1,6 @@
 //! Milling as a periodic delay equation.
 
-use super::{DelaySystem, Seen, StepLaw};
+use super::{DelaySystem, Seen, StepLaw, too_many};
 use crate::plant::error::{PlantError, non_negative, positive};
 use crate::plant::milling::MillingConfig;
 use core::f64::consts::TAU;
@@ -37,6 +37,7 @@ pub fn milling_delay(
     } else {
         (per_tooth * config.teeth, 1.0 / config.spindle_hz)
     };
+    too_many(steps, shapes.len(), "spindle_hz")?;
     let step_rad = TAU * period_s * config.spindle_hz / steps as f64;
     let teeth = teeth(config, step_rad);
     let laws: Vec<StepLaw> = (0..steps)

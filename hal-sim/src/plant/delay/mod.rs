@@ -38,6 +38,20 @@ use super::error::{PlantError, require};
 use super::modal::Mode;
 use step::StepMap;
 
+/// Steps of a period at most.
+pub const MOST_STEPS: usize = 100_000;
+/// Steps times the square of the state of the modes at most: 160 MB.
+pub const MOST_NUMBERS: usize = 20_000_000;
+
+/// `Ok` where the maps of so many steps of so many modes may be held.
+pub(crate) fn too_many(steps: usize, modes: usize, name: &'static str) -> Result<(), PlantError> {
+    let most = MOST_STEPS.min(MOST_NUMBERS / (4 * modes * modes).max(1));
+    if steps > most {
+        return Err(PlantError::TooLarge { name, most });
+    }
+    Ok(())
+}
+
 /// Directions a force acts in: x, y, and the moment about the tool's axis.
 pub(crate) const CHANNELS: usize = 3;
 /// Directions of the response that make chips: x and y.
@@ -91,6 +105,7 @@ impl DelaySystem {
         for s in &seen {
             s.mode.validate()?;
         }
+        too_many(laws.len(), seen.len(), "spindle_hz")?;
         let dt = period_s / laws.len() as f64;
         let scale = seen.iter().map(|s| s.mode.omega()).fold(0.0, f64::max);
         let history = laws
@@ -157,23 +172,37 @@ impl DelaySystem {
     }
 
     /// Largest modulus of the Floquet multipliers: below 1 the cut is stable. Infinite
-    /// where a period takes the motion out of the range of numbers.
+    /// where a period takes the motion out of the range of numbers; NaN where it cannot
+    /// be told, see [`Self::multiplier`].
     #[must_use]
     pub fn radius(&self) -> f64 {
-        let (re, im) = self.multiplier();
-        re.hypot(im)
+        self.radius_and_work().0
+    }
+
+    /// [`Self::radius`], and the multiplications it took, about.
+    fn radius_and_work(&self) -> (f64, f64) {
+        let ((re, im), work) = self.largest();
+        (re.hypot(im), work)
     }
 
     /// The Floquet multiplier of largest modulus, (real, imaginary ≥ 0); infinite as
-    /// [`Self::radius`].
+    /// [`Self::radius`], NaN where the eigenvalues do not settle.
     #[must_use]
     pub fn multiplier(&self) -> (f64, f64) {
+        self.largest().0
+    }
+
+    fn largest(&self) -> ((f64, f64), f64) {
         let found = krylov::dominant(self.dimension(), 1, |x| self.advance(x, |_, _| {}));
-        if found.overflows {
-            return (f64::INFINITY, 0.0);
-        }
-        let first = found.values.first();
-        first.map_or((0.0, 0.0), |z| (z.re, z.im.abs()))
+        let step = 2 * self.seen.len() * (2 * self.seen.len() + 2 * CHANNELS);
+        let work = found.work + (found.maps * self.steps() * step) as f64;
+        let value = match found.values.first() {
+            _ if found.overflows => (f64::INFINITY, 0.0),
+            Some(z) => (z.re, z.im.abs()),
+            None if found.at_rest => (0.0, 0.0),
+            None => (f64::NAN, 0.0),
+        };
+        (value, work)
     }
 
     /// The `wanted` dominant roots, the least damped first, one of each pair.

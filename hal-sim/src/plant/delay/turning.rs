@@ -1,6 +1,6 @@
 //! Turning as a delay equation.
 
-use super::{DelaySystem, Root, Seen, StepLaw};
+use super::{DelaySystem, Root, Seen, StepLaw, too_many};
 use crate::plant::error::{PlantError, non_negative, positive, require};
 use crate::plant::turning::TurningConfig;
 use core::f64::consts::TAU;
@@ -27,6 +27,7 @@ pub fn turning_delay(
     let steps = (steps_per_period * highest / config.spindle_hz)
         .ceil()
         .max(40.0) as usize;
+    too_many(steps, config.modes.len(), "spindle_hz")?;
     let rub = config
         .process_damping
         .map_or(0.0, |p| p.per_speed(config.spindle_hz));
@@ -50,6 +51,9 @@ pub fn turning_delay(
 
 /// Starts of Newton's method in the distance of two roots, 1/T.
 const STARTS: f64 = 3.0;
+
+/// Starts at most: 20 kHz at one turn a second.
+const MOST_STARTS: usize = 120_000;
 
 /// The `wanted` least damped roots of turning, exactly.
 ///
@@ -76,6 +80,12 @@ pub fn turning_roots(
     let highest = config.modes.iter().map(|m| m.f_hz).fold(0.0, f64::max);
     let step = config.spindle_hz / STARTS;
     let count = (2.0 * highest / step).ceil() as usize;
+    if count > MOST_STARTS {
+        return Err(PlantError::TooLarge {
+            name: "spindle_hz",
+            most: MOST_STARTS,
+        });
+    }
     let mut found: Vec<Complex<f64>> = Vec::new();
     let starts = (1..=count).flat_map(|i| {
         let branch = law.start(TAU * step * i as f64);
@@ -86,15 +96,24 @@ pub fn turning_roots(
         let w = m.omega();
         Complex::new(-m.zeta * w, w * (1.0 - m.zeta * m.zeta).sqrt())
     });
-    for start in starts.chain(modes) {
-        let Some(s) = law.newton(start) else {
-            continue;
-        };
+    found.extend(
+        starts
+            .chain(modes)
+            .filter_map(|start| law.newton(start))
+            .filter(|s| s.im > 0.0),
+    );
+    // Several starts lead to one root: neighbours once they are sorted.
+    found.sort_by(|x, y| x.im.total_cmp(&y.im));
+    let mut apart: Vec<Complex<f64>> = Vec::new();
+    for s in found {
         let near = |o: &Complex<f64>| (o - s).norm() < 1e-6 * s.norm();
-        if s.im > 0.0 && !found.iter().any(near) {
-            found.push(s);
+        let close = apart.iter().rev();
+        let mut close = close.take_while(|o| s.im - o.im < 1e-6 * s.norm());
+        if !close.any(near) {
+            apart.push(s);
         }
     }
+    let mut found = apart;
     found.sort_by(|x, y| y.re.total_cmp(&x.re));
     found.truncate(wanted);
     Ok(found

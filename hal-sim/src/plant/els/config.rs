@@ -20,6 +20,8 @@ pub enum ElsModelError {
     },
     /// The mass matrix is not positive: a segment without mass.
     Massless,
+    /// The eigenvalues did not settle, or leave the range of numbers.
+    Unsettled,
 }
 
 impl fmt::Display for ElsModelError {
@@ -31,6 +33,10 @@ impl fmt::Display for ElsModelError {
                 "singular assembly: {free} rigid motion(s) are held by no joint, bearing or link"
             ),
             Self::Massless => write!(f, "a segment has no mass"),
+            Self::Unsettled => write!(
+                f,
+                "the natural frequencies cannot be worked out: stiffness or mass leaves the range of numbers"
+            ),
         }
     }
 }

@@ -5,6 +5,8 @@ use super::config::ElsModelError;
 use core::f64::consts::TAU;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
+/// Steps of the QR iteration for each eigenvalue at most; a few are usual.
+const QR_STEPS: usize = 60;
 /// A mode below this share of the highest eigenvalue costs no force.
 const RIGID: f64 = 1e-12;
 
@@ -51,7 +53,11 @@ pub(super) fn eigen(
     // L⁻¹·K·L⁻ᵀ, symmetrised against rounding.
     let a = solved(&solved(k)?.transpose())?;
     let a = (&a + a.transpose()) * 0.5;
-    let found = SymmetricEigen::new(a);
+    if !a.iter().all(|x| x.is_finite()) {
+        return Err(ElsModelError::Unsettled);
+    }
+    let most = QR_STEPS * a.nrows();
+    let found = SymmetricEigen::try_new(a, f64::EPSILON, most).ok_or(ElsModelError::Unsettled)?;
     let mut order: Vec<usize> = (0..found.eigenvalues.len()).collect();
     order.sort_by(|&i, &j| found.eigenvalues[i].total_cmp(&found.eigenvalues[j]));
     let values = DVector::from_iterator(order.len(), order.iter().map(|&i| found.eigenvalues[i]));

@@ -1,6 +1,6 @@
 //! `rarma ldbb run`: a whole test on a simulated machine.
 
-use super::{answer, show, text};
+use super::{answer, save, show};
 use crate::args::LdbbRunArgs;
 use crate::failure::Failure;
 use crate::input::{Circles, circle_file};

@@ -1,0 +1,88 @@
+//! The program under hard bounds of time and memory.
+
+use crate::process::Rarma;
+use std::ffi::OsStr;
+use std::io::Read;
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// What a run may take.
+#[derive(Debug, Clone, Copy)]
+pub struct Bounds {
+    /// Address space, KiB.
+    pub kib: u64,
+    /// Time, far beyond what any good run takes: beyond it, it does not end.
+    pub time: Duration,
+}
+
+impl Default for Bounds {
+    fn default() -> Self {
+        Self {
+            kib: 1 << 20,
+            time: Duration::from_secs(120),
+        }
+    }
+}
+
+/// How it ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Verdict {
+    /// Well, or with one line of refusal.
+    Well,
+    /// In another way.
+    Bad(String),
+}
+
+/// Runs the program within bounds: it must end with one of the codes 0 to 3, 3 with one
+/// line on standard error, and must not panic.
+///
+/// # Panics
+/// It cannot be started.
+pub fn bounded(
+    program: Rarma,
+    arguments: impl IntoIterator<Item = impl AsRef<OsStr>>,
+    bounds: Bounds,
+) -> Verdict {
+    let mut child = Command::new("sh")
+        .args([
+            "-c",
+            &format!("ulimit -v {}; exec \"$0\" \"$@\"", bounds.kib),
+        ])
+        .arg(program.program())
+        .args(arguments)
+        // Every thread's heap would ask for 64 MiB of addresses of its own.
+        .env("MALLOC_ARENA_MAX", "2")
+        .env("RAYON_NUM_THREADS", "1")
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("a shell");
+    let mut pipe = child.stderr.take().expect("its standard error");
+    let reader = thread::spawn(move || {
+        let mut text = Vec::new();
+        let _ = pipe.read_to_end(&mut text);
+        String::from_utf8_lossy(&text).into_owned()
+    });
+    let begun = Instant::now();
+    let status = loop {
+        match child.try_wait().expect("a child") {
+            Some(status) => break status,
+            None if begun.elapsed() > bounds.time => {
+                let _ = child.kill();
+                let _ = child.wait();
+                return Verdict::Bad(format!("runs on after {:?}", bounds.time));
+            }
+            None => thread::sleep(Duration::from_millis(5)),
+        }
+    };
+    let stderr = reader.join().expect("a reader");
+    let lines = stderr.lines().count();
+    match status.code() {
+        _ if stderr.contains("panicked") => Verdict::Bad(stderr),
+        Some(0..=2) => Verdict::Well,
+        Some(3) if lines == 1 => Verdict::Well,
+        code => Verdict::Bad(format!("ends with {code:?}: {stderr}")),
+    }
+}

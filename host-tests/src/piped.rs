@@ -1,0 +1,198 @@
+//! The program on a pipe, and how much memory it takes.
+
+use crate::process::{Ended, Rarma};
+use std::ffi::OsStr;
+use std::io::{self, BufRead, BufReader, Read, Write};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::thread;
+use std::time::Duration;
+
+/// Between two looks at a program's memory.
+const LOOK: Duration = Duration::from_millis(2);
+
+/// What a run on a pipe left behind.
+#[derive(Debug, Clone)]
+pub struct Fed {
+    /// How it ended; standard output is empty where it was not wanted.
+    pub ended: Ended,
+    /// Most memory it held at any time, bytes.
+    pub peak_bytes: u64,
+}
+
+impl Rarma {
+    /// Runs the program, hands it to `feed` what it reads, and watches its memory. What it
+    /// writes is dropped unless it is `wanted`.
+    ///
+    /// # Panics
+    /// It cannot be started, or prints what is not UTF-8.
+    pub fn fed(
+        self,
+        arguments: impl IntoIterator<Item = impl AsRef<OsStr>>,
+        wanted: bool,
+        feed: impl FnOnce(&mut dyn Write) -> io::Result<()> + Send + 'static,
+    ) -> Fed {
+        let mut command = Command::new(self.program());
+        command.args(arguments).stdin(Stdio::piped());
+        let out = if wanted {
+            Stdio::piped()
+        } else {
+            Stdio::null()
+        };
+        command.stdout(out).stderr(Stdio::piped());
+        let mut child = command.spawn().expect("the program");
+        let stdin = child.stdin.take().expect("its standard input");
+        let feeder = thread::spawn(move || {
+            let mut pipe = io::BufWriter::with_capacity(1 << 16, stdin);
+            // A program that ends early reads no more: its exit code tells.
+            let _ = feed(&mut pipe).and_then(|()| pipe.flush());
+        });
+        let stdout = child.stdout.take().map(|pipe| thread::spawn(|| all(pipe)));
+        let stderr = child.stderr.take().map(|pipe| thread::spawn(|| all(pipe)));
+        let (code, peak_bytes) = watched(&mut child);
+        feeder.join().expect("a feeder");
+        let text = |reader: Option<thread::JoinHandle<String>>| {
+            reader.map_or_else(String::new, |r| r.join().expect("a reader"))
+        };
+        Fed {
+            ended: Ended {
+                code,
+                stdout: text(stdout),
+                stderr: text(stderr),
+            },
+            peak_bytes,
+        }
+    }
+
+    /// Starts the program with its standard input and output in hand.
+    ///
+    /// # Panics
+    /// It cannot be started.
+    pub fn talking(
+        self,
+        arguments: impl IntoIterator<Item = impl AsRef<OsStr>>,
+    ) -> (Child, ChildStdin, impl Iterator<Item = String>) {
+        let mut child = Command::new(self.program())
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("the program");
+        let stdin = child.stdin.take().expect("its standard input");
+        let stdout = BufReader::new(child.stdout.take().expect("its standard output"));
+        (child, stdin, stdout.lines().map_while(Result::ok))
+    }
+}
+
+fn all(mut pipe: impl Read) -> String {
+    let mut text = String::new();
+    pipe.read_to_string(&mut text).expect("UTF-8 on a pipe");
+    text
+}
+
+/// Waits for the end; the exit code, and the most memory held, bytes.
+fn watched(child: &mut Child) -> (Option<i32>, u64) {
+    let status = format!("/proc/{}/status", child.id());
+    let mut most = 0;
+    loop {
+        let text = std::fs::read_to_string(&status).unwrap_or_default();
+        let held = text.lines().find_map(|l| l.strip_prefix("VmHWM:"));
+        let kib = held.and_then(|l| l.trim().trim_end_matches(" kB").parse::<u64>().ok());
+        most = most.max(1024 * kib.unwrap_or(0));
+        match child.try_wait() {
+            Ok(None) => thread::sleep(LOOK),
+            Ok(Some(status)) => return (status.code(), most),
+            Err(why) => panic!("{why}"),
+        }
+    }
+}
+
+/// Sound of a machine that idles, cuts, and chatters for a while in every half minute, as
+/// 16 bit samples: made as it is read, so that it may be of any length.
+#[derive(Debug, Clone)]
+pub struct Workday {
+    fs_hz: f64,
+    sample: u64,
+    random: u64,
+    /// Two resonances: state of each.
+    modes: [[f64; 2]; 2],
+}
+
+/// Frequencies of the two resonances, Hz; the second one chatters.
+const MODES_HZ: [f64; 2] = [640.0, 1_130.0];
+
+impl Workday {
+    /// From its beginning.
+    #[must_use]
+    pub fn new(fs_hz: f64) -> Self {
+        Self {
+            fs_hz,
+            sample: 0,
+            random: 0x2545_f491_4f6c_dd1d,
+            modes: [[0.0; 2]; 2],
+        }
+    }
+
+    /// White noise, −1 to 1.
+    fn noise(&mut self) -> f64 {
+        self.random ^= self.random << 13;
+        self.random ^= self.random >> 7;
+        self.random ^= self.random << 17;
+        (self.random >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    /// Writes a WAV of `seconds`, its length unknown to the header.
+    ///
+    /// # Errors
+    /// The pipe is closed.
+    pub fn write(mut self, seconds: f64, out: &mut dyn Write) -> io::Result<()> {
+        out.write_all(&endless_header(self.fs_hz as u32))?;
+        let samples = (seconds * self.fs_hz) as u64;
+        let mut block = Vec::with_capacity(8192);
+        for x in self.by_ref().take(samples as usize) {
+            block.extend(x.to_le_bytes());
+            if block.len() == 8192 {
+                out.write_all(&block)?;
+                block.clear();
+            }
+        }
+        out.write_all(&block)
+    }
+}
+
+impl Iterator for Workday {
+    type Item = i16;
+
+    fn next(&mut self) -> Option<i16> {
+        let t = self.sample as f64 / self.fs_hz % 30.0;
+        self.sample += 1;
+        let drive = match t {
+            t if t < 6.0 => 0.002,
+            _ => 0.05,
+        };
+        let mut sum = 0.002 * self.noise();
+        for (k, f) in MODES_HZ.into_iter().enumerate() {
+            let chatters = k == 1 && (20.0..22.0).contains(&t);
+            let zeta = if chatters { 0.0 } else { 0.03 };
+            let w = std::f64::consts::TAU * f / self.fs_hz;
+            let (r, noise) = ((-zeta * w).exp(), drive * self.noise());
+            let [a, b] = self.modes[k];
+            let mut y = 2.0 * r * w.cos() * a - r * r * b + noise * w;
+            if chatters {
+                y = y.clamp(-0.4, 0.4);
+            }
+            self.modes[k] = [y, a];
+            sum += y;
+        }
+        Some((sum.clamp(-0.9, 0.9) * 32_767.0) as i16)
+    }
+}
+
+/// Header of a WAV of one channel whose writer did not know its length.
+#[must_use]
+pub fn endless_header(fs_hz: u32) -> Vec<u8> {
+    let mut header = crate::files::wav(crate::files::PCM, 1, fs_hz, 16, &[]);
+    header[4..8].fill(0xff);
+    header[40..44].fill(0xff);
+    header
+}

@@ -1,0 +1,131 @@
+//! The monitor of the firmware over samples on the host, one channel or two.
+
+use super::pair::Pair;
+use crate::collect::{Collector, News, WholeRun};
+use crate::failure::Failure;
+use crate::record::{Run, Summary};
+use firmware::monitor::MonitorDuty;
+use rarma_core::wire::MonitorJob;
+
+/// Listens; what is said goes to whoever hears it, and nothing is kept.
+pub(super) struct Ears<const CHANNELS: usize> {
+    monitor: Monitor,
+    collector: Collector,
+}
+
+enum Monitor {
+    One(Box<MonitorDuty>),
+    Two(Box<Pair>),
+}
+
+impl Ears<1> {
+    /// For one channel.
+    ///
+    /// # Errors
+    /// Settings out of range.
+    pub(super) fn one(job: &MonitorJob) -> Result<Self, Failure> {
+        let refused = |error| Failure::Usage(format!("setting out of range: {error:?}"));
+        let duty = Box::new(MonitorDuty::new(job).map_err(refused)?);
+        let mut collector = Collector::default();
+        collector.take(&duty.started());
+        Ok(Self {
+            monitor: Monitor::One(duty),
+            collector,
+        })
+    }
+}
+
+impl Ears<2> {
+    /// For two channels, counted from 0.
+    ///
+    /// # Errors
+    /// Settings out of range.
+    pub(super) fn two(job: &MonitorJob, channels: [usize; 2]) -> Result<Self, Failure> {
+        let pair = Box::new(Pair::new(job, channels)?);
+        let mut collector = Collector::default();
+        collector.take(&pair.started());
+        Ok(Self {
+            monitor: Monitor::Two(pair),
+            collector,
+        })
+    }
+}
+
+impl<const CHANNELS: usize> Ears<CHANNELS> {
+    /// Takes one sample of each channel, then the pulse of a tacho if one has begun.
+    pub(super) fn sample(
+        &mut self,
+        x: [f32; CHANNELS],
+        pulse: Option<f32>,
+        hear: &mut impl FnMut(News),
+    ) {
+        let collector = &mut self.collector;
+        match &mut self.monitor {
+            Monitor::One(duty) => {
+                duty.sample(x[0], &mut |message| hear(collector.take(message)));
+                if let Some(before) = pulse {
+                    duty.pulse(before);
+                }
+            }
+            Monitor::Two(pair) => {
+                pair.sample([x[0], x[CHANNELS - 1]], collector, hear);
+                if let Some(before) = pulse {
+                    pair.pulse(before);
+                }
+            }
+        }
+    }
+
+    /// So many samples are missing before the next one.
+    pub(super) fn missing(&mut self, samples: u64) {
+        if samples == 0 {
+            return;
+        }
+        let samples = u32::try_from(samples).unwrap_or(u32::MAX);
+        match &mut self.monitor {
+            Monitor::One(duty) => duty.missing(samples),
+            // Records of a box, which alone can have gaps, hold one channel.
+            Monitor::Two(_) => {}
+        }
+    }
+
+    /// The closing record.
+    ///
+    /// # Errors
+    /// None but a defect of this program.
+    pub(super) fn finish(mut self) -> Result<Summary, Failure> {
+        let (last, channels) = match self.monitor {
+            Monitor::One(duty) => (duty.finished(0, 0, 0), None),
+            Monitor::Two(pair) => (pair.finished(), Some(pair.records())),
+        };
+        self.collector.take(&last);
+        let summary = self.collector.summary().ok_or_else(|| {
+            Failure::System("the run has no end: a defect of this program".to_owned())
+        })?;
+        Ok(Summary {
+            channels,
+            ..summary
+        })
+    }
+
+    /// Listens to all samples, and keeps all that is said.
+    ///
+    /// # Errors
+    /// As [`finish`](Self::finish).
+    pub(super) fn whole(
+        mut self,
+        samples: impl IntoIterator<Item = [f32; CHANNELS]>,
+        pulses: &[Option<f32>],
+        mut news: impl FnMut(&News),
+    ) -> Result<Run, Failure> {
+        let mut all = WholeRun::default();
+        let mut hear = |said| {
+            news(&said);
+            all.keep(said);
+        };
+        for (n, x) in samples.into_iter().enumerate() {
+            self.sample(x, pulses.get(n).copied().flatten(), &mut hear);
+        }
+        Ok(all.with(self.finish()?))
+    }
+}

@@ -1,0 +1,227 @@
+//! A recording block by block: as much memory for a day as for a second.
+//!
+//! What is found only at the end (a file that is cut short, a time column that does not
+//! run evenly) is said by [`Stream::end`].
+
+use super::bytes::Bytes;
+use super::{Format, InputError, Problem, frames, raw, table, wav};
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+/// What standard input is called in messages.
+const STANDARD_INPUT: &str = "standard input";
+
+/// Samples without a header, as a pipe brings them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Raw {
+    /// 16 bit integers, little endian; full scale is 1.
+    S16,
+    /// 32 bit floats, little endian.
+    F32,
+}
+
+/// What the caller knows of a file.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Known {
+    /// Sampling rate, Hz (default: what the file says).
+    pub fs: Option<f64>,
+    /// Stream of a record of a box, counted from 1 (default: the only one).
+    pub stream: Option<usize>,
+}
+
+/// A recording that is being read.
+pub struct Stream {
+    /// Where it comes from.
+    pub path: PathBuf,
+    /// What it is, for people: `WAV, PCM 16 bit`.
+    pub format: String,
+    /// Sampling rate, Hz; none where only the end tells it (a column of times).
+    pub fs: Option<f64>,
+    /// Smallest step the format can hold, full scale being 1; none where there is no limit.
+    pub step: Option<f64>,
+    /// Channels there are.
+    pub channels: usize,
+    /// It is a file, and can be opened again.
+    pub again: bool,
+    blocks: Box<dyn Blocks>,
+}
+
+/// What is known when all has been read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct End {
+    /// Sampling rate, Hz.
+    pub fs: f64,
+    /// Odd, but not fatal: one sentence each.
+    pub notices: Vec<String>,
+}
+
+/// What a format says at its beginning.
+pub(super) struct Begin {
+    pub format: String,
+    pub fs: Option<f64>,
+    pub step: Option<f64>,
+    pub channels: usize,
+    pub blocks: Box<dyn Blocks>,
+}
+
+/// One format's reader behind its header.
+pub(super) trait Blocks {
+    /// The channels that are wanted, all of which are there.
+    fn want(&mut self, channels: &[usize]);
+
+    /// Appends the samples that come next to `rows`, one for each wanted channel; false
+    /// at the end.
+    fn next(&mut self, rows: &mut [Vec<f64>]) -> Result<bool, InputError>;
+
+    /// Of the samples just given, so many at the beginning stand for missing ones.
+    fn missing(&self) -> u64 {
+        0
+    }
+
+    /// What the end tells.
+    fn end(&mut self) -> Result<End, InputError>;
+
+    /// The error for a channel that is not there.
+    fn no_channel(&self, asked: usize, channels: usize) -> InputError;
+}
+
+impl Stream {
+    /// Opens the recording at `path`, `-` being standard input; `raw` is what comes
+    /// without a header.
+    ///
+    /// # Errors
+    /// The file cannot be opened or is no recording, or its header is broken.
+    pub fn open(path: &Path, known: Known, raw: Option<Raw>) -> Result<Self, InputError> {
+        let piped = path == Path::new("-");
+        let name = if piped {
+            PathBuf::from(STANDARD_INPUT)
+        } else {
+            path.to_path_buf()
+        };
+        Self::begin(path, &name, piped, known, raw).map_err(|why| why.in_file(&name))
+    }
+
+    fn begin(
+        path: &Path,
+        name: &Path,
+        piped: bool,
+        Known { fs, stream }: Known,
+        raw: Option<Raw>,
+    ) -> Result<Self, InputError> {
+        if let Some(fs) = fs.filter(|fs| !(fs.is_finite() && *fs > 0.0)) {
+            return Err(InputError::new(
+                Problem::Rate,
+                "option --fs",
+                format!("{fs} is not a sampling rate"),
+                "give a positive number of hertz",
+            ));
+        }
+        let (source, length) = if piped {
+            (Box::new(io::stdin()) as Box<dyn Read>, None)
+        } else {
+            let meta = fs::metadata(path).map_err(|e| InputError::from_io(&e))?;
+            if meta.is_dir() {
+                return Err(InputError::new(
+                    Problem::Directory,
+                    "open",
+                    "is a directory",
+                    "name one recording inside it",
+                ));
+            }
+            if raw.is_none() {
+                Format::of(path)?;
+            }
+            let file = File::open(path).map_err(|e| InputError::from_io(&e))?;
+            let length = meta.is_file().then_some(meta.len());
+            (Box::new(file) as Box<dyn Read>, length)
+        };
+        let mut bytes = Bytes::new(source);
+        if bytes.look(1)?.is_empty() {
+            return Err(InputError::new(
+                Problem::Empty,
+                "byte 0",
+                if piped {
+                    "nothing came"
+                } else {
+                    "the file is empty"
+                },
+                "record again, or copy it again",
+            ));
+        }
+        let format = match raw {
+            Some(Raw::S16) => Format::RawS16,
+            Some(Raw::F32) => Format::RawF32,
+            None if piped => Format::Wav,
+            None => Format::of(path)?,
+        };
+        if stream.is_some() && !matches!(format, Format::Frames) {
+            return Err(InputError::new(
+                Problem::Stream,
+                "option --stream",
+                "only a record of a box has streams",
+                "leave it out",
+            ));
+        }
+        let begin = match format {
+            Format::Wav => wav::begin(bytes, length, fs)?,
+            Format::Table => table::begin(bytes, fs)?,
+            Format::RawF32 => raw::begin(bytes, fs, raw::Width::F32)?,
+            Format::RawF64 => raw::begin(bytes, fs, raw::Width::F64)?,
+            Format::RawS16 => raw::begin(bytes, fs, raw::Width::S16)?,
+            Format::Frames => frames::begin(bytes, fs, stream)?,
+        };
+        Ok(Self {
+            path: name.to_path_buf(),
+            format: begin.format,
+            fs: begin.fs,
+            step: begin.step,
+            channels: begin.channels,
+            again: length.is_some(),
+            blocks: begin.blocks,
+        })
+    }
+
+    /// Chooses the channels to be read, counted from 0.
+    ///
+    /// # Errors
+    /// One of them is not there.
+    pub fn want(&mut self, channels: &[usize]) -> Result<(), InputError> {
+        match channels.iter().find(|c| **c >= self.channels) {
+            Some(&asked) => {
+                let why = self.blocks.no_channel(asked, self.channels);
+                Err(why.in_file(&self.path))
+            }
+            None => {
+                self.blocks.want(channels);
+                Ok(())
+            }
+        }
+    }
+
+    /// Puts the samples that come next into `rows`, one for each wanted channel; false at
+    /// the end. A pipe is waited for.
+    ///
+    /// # Errors
+    /// What is wrong with the file there, and where.
+    pub fn next(&mut self, rows: &mut [Vec<f64>]) -> Result<bool, InputError> {
+        rows.iter_mut().for_each(Vec::clear);
+        let more = self.blocks.next(rows);
+        more.map_err(|why| why.in_file(&self.path))
+    }
+
+    /// Of the samples that [`next`](Self::next) has just given, so many at the beginning
+    /// stand for missing ones: zeros.
+    pub fn missing(&self) -> u64 {
+        self.blocks.missing()
+    }
+
+    /// What is known when [`next`](Self::next) has come to the end.
+    ///
+    /// # Errors
+    /// There were no samples, or the end is broken.
+    pub fn end(&mut self) -> Result<End, InputError> {
+        let end = self.blocks.end();
+        end.map_err(|why| why.in_file(&self.path))
+    }
+}

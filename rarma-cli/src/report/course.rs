@@ -1,0 +1,543 @@
+//! What a monitor said over a run, as the pictures and tables of its page need it, in
+//! memory that does not grow: lines are kept one by one as long as there are few, then in
+//! stretches of two, four, …
+
+use super::amplitude::SAME;
+use super::sound::halve;
+use crate::collect::News;
+use crate::record::{
+    Alarm, AmplitudeRecord, AmplitudeVerdict, HistogramRecord, Label, Line, ModeRecord, Reason,
+    SpeedSource, State,
+};
+use std::collections::BTreeMap;
+
+/// Moments at most; half as many at least. A picture is 840 pixels wide.
+const MOMENTS: usize = 8192;
+/// Modes of each label of a moment beside those of its line, at most.
+const MORE: usize = 8;
+/// Labels there are.
+const LABELS: usize = 3;
+/// Alarms of which the page says more than that they were; the table ends there.
+pub(super) const ROWS: usize = 500;
+/// Frequencies of readings that are kept apart: a hundredth of their size.
+const PER_E: f64 = 100.0;
+/// What the amplitude may have said at how many frequencies during one alarm.
+const MOST_VOTES: usize = 256;
+
+/// One or several lines in a row.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Moment {
+    /// Time of the first, s.
+    pub(super) t: f64,
+    /// The states among them, a bit for each.
+    states: u8,
+    /// Speed, 1/min, where one is known.
+    pub(super) rpm: Option<f64>,
+    /// Modes of one of the lines.
+    modes: Vec<Seen>,
+    /// Some of the others'.
+    more: Vec<Mark>,
+}
+
+/// A mode, as far as it is drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Seen {
+    pub(super) t: f64,
+    pub(super) f: f64,
+    pub(super) zeta: f64,
+    pub(super) zeta_sd: f64,
+    pub(super) label: Label,
+    cells: Cells,
+}
+
+/// A mode that is a mark in the pictures and nothing else; time since its moment's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Mark {
+    t: f32,
+    f: f32,
+    zeta: f32,
+    label: Label,
+    cells: Cells,
+}
+
+/// Places of damping and frequency on a grid that is as fine as that of the pictures.
+type Cells = (i16, i16);
+
+fn cells(zeta: f64, f: f64) -> Cells {
+    let fine = |x: f64, per_e: f64| (x.max(1e-6).ln() * per_e).round() as i16;
+    (fine(zeta, 9.0), fine(f, 60.0))
+}
+
+impl Moment {
+    fn of(line: &Line) -> Self {
+        let seen = |m: &ModeRecord| Seen {
+            t: line.t,
+            f: m.f,
+            zeta: m.zeta,
+            zeta_sd: m.zeta_sd,
+            label: m.label,
+            cells: cells(m.zeta, m.f),
+        };
+        Self {
+            t: line.t,
+            states: 1 << line.state as u8,
+            rpm: line.spindle.rpm,
+            modes: line.modes.iter().map(seen).collect(),
+            more: Vec::new(),
+        }
+    }
+
+    /// Whether it was in a state.
+    pub(super) fn has(&self, state: State) -> bool {
+        self.states & (1 << state as u8) != 0
+    }
+
+    /// Modes of one of its lines.
+    pub(super) fn modes(&self) -> &[Seen] {
+        &self.modes
+    }
+
+    /// Modes of all its lines, those left out that would lie on others in a picture.
+    pub(super) fn all_modes(&self) -> impl Iterator<Item = Seen> {
+        let more = self.more.iter().map(|m| Seen {
+            t: self.t + f64::from(m.t),
+            f: f64::from(m.f),
+            zeta: f64::from(m.zeta),
+            zeta_sd: f64::NAN,
+            label: m.label,
+            cells: m.cells,
+        });
+        self.modes.iter().copied().chain(more)
+    }
+
+    /// Takes in the moment that follows.
+    fn join(&mut self, mut next: Self) {
+        self.states |= next.states;
+        self.rpm = self.rpm.or(next.rpm);
+        if self.modes.is_empty() {
+            core::mem::swap(&mut self.modes, &mut next.modes);
+        }
+        let later = (next.t - self.t) as f32;
+        for seen in &next.modes {
+            self.add(Mark {
+                t: (seen.t - self.t) as f32,
+                f: seen.f as f32,
+                zeta: seen.zeta as f32,
+                label: seen.label,
+                cells: seen.cells,
+            });
+        }
+        for mark in next.more {
+            self.add(Mark {
+                t: mark.t + later,
+                ..mark
+            });
+        }
+    }
+
+    /// Adds a mode of another line, if it is not drawn already.
+    fn add(&mut self, new: Mark) {
+        if !(new.f.is_finite() && new.zeta.is_finite()) {
+            return;
+        }
+        let like = |label: Label, cells: Cells| {
+            let ours = label == new.label;
+            (
+                ours && cells.0 == new.cells.0,
+                ours && cells.1 == new.cells.1,
+            )
+        };
+        let (mut same, mut zeta, mut f) = (0, false, false);
+        for mark in &self.more {
+            let (by_zeta, by_f) = like(mark.label, mark.cells);
+            same += usize::from(mark.label == new.label);
+            (zeta, f) = (zeta | by_zeta, f | by_f);
+        }
+        for seen in &self.modes {
+            let (by_zeta, by_f) = like(seen.label, seen.cells);
+            (zeta, f) = (zeta | by_zeta, f | by_f);
+        }
+        if zeta && f {
+            return;
+        }
+        if same < MORE {
+            if self.more.capacity() == 0 {
+                // All at once: memory does not depend on what comes.
+                self.more.reserve_exact(LABELS * MORE);
+            }
+            self.more.push(new);
+            return;
+        }
+        // Of those that are too many, the ends are kept.
+        let ends: [fn(&Mark) -> f32; 4] = [|m| m.zeta, |m| -m.zeta, |m| m.f, |m| -m.f];
+        for of in ends {
+            let same = self.more.iter_mut().filter(|m| m.label == new.label);
+            let end = same.min_by(|a, b| of(a).total_cmp(&of(b)));
+            if let Some(end) = end
+                && of(&new) < of(end)
+            {
+                *end = new;
+                return;
+            }
+        }
+    }
+}
+
+/// What the page says of one alarm beside its record.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Noted {
+    /// Speed of the line nearest to its call, 1/min.
+    pub(super) rpm: Option<f64>,
+    /// What the amplitude said for most of it.
+    pub(super) said: Option<AmplitudeVerdict>,
+}
+
+/// An alarm that stands, or has just been released.
+#[derive(Debug, Clone)]
+struct Open {
+    row: usize,
+    on: f64,
+    off: Option<f64>,
+    f: f64,
+    votes: Vec<(i32, f64, AmplitudeVerdict, u32)>,
+}
+
+/// A histogram that may be shown, and what the amplitude said next to it.
+#[derive(Debug, Clone)]
+pub(super) struct Shown {
+    pub(super) histogram: HistogramRecord,
+    pub(super) reading: Option<AmplitudeRecord>,
+    /// From the histogram to the reading, s.
+    away: f64,
+    /// A later reading is not wanted any more.
+    settled: bool,
+}
+
+/// A run as it goes.
+#[derive(Debug, Clone, Default)]
+pub struct Course {
+    moments: Vec<Moment>,
+    /// Lines in a moment are two to this power.
+    doubled: u32,
+    /// The moment that is open, and lines in it.
+    open: Option<(Moment, u64)>,
+    /// The last line: when, what and why.
+    last: Option<(f64, State, Reason)>,
+    spent: Vec<(State, Reason, f64)>,
+    end_s: f64,
+    pub(super) highest_hz: f64,
+    pub(super) first_hz: Option<f64>,
+    pub(super) strongest: Option<f64>,
+    pub(super) by_tacho: bool,
+    noted: Vec<Noted>,
+    alarms: usize,
+    /// The last line whose speed was known, and rows that wait for the next one.
+    speed: Option<(f64, f64)>,
+    waiting: Vec<(usize, f64)>,
+    standing: Vec<Open>,
+    /// The last reading at each frequency.
+    readings: BTreeMap<i32, (f64, AmplitudeRecord)>,
+    newest: Option<Shown>,
+    first_on: Option<(f64, Option<f64>)>,
+    /// Of the first alarm, the last one at each frequency, and the last that fits.
+    of_first: BTreeMap<i32, (Shown, Option<Shown>)>,
+}
+
+fn bin(f: f64) -> i32 {
+    (f.max(1e-9).ln() * PER_E).floor() as i32
+}
+
+/// Whether two frequencies are those of one mode, the second being the known one.
+fn same(f: f64, known: f64) -> bool {
+    (f - known).abs() <= SAME * known
+}
+
+/// A line holds until the next one speaks.
+fn spend(spent: &mut Vec<(State, Reason, f64)>, state: State, reason: Reason, passed: f64) {
+    if !(passed > 0.0 && passed.is_finite()) {
+        return;
+    }
+    match spent.iter_mut().find(|s| s.0 == state && s.1 == reason) {
+        Some(row) => row.2 += passed,
+        None => spent.push((state, reason, passed)),
+    }
+}
+
+impl Course {
+    /// Takes what was said.
+    pub fn take(&mut self, news: &News) {
+        match news {
+            News::None => {}
+            News::Line(line) => self.line(line),
+            News::On(alarm) => self.on(alarm),
+            News::Off(alarm) => self.off(alarm),
+            News::Histogram(histogram) => self.histogram(histogram),
+        }
+    }
+
+    fn line(&mut self, line: &Line) {
+        for mode in &line.modes {
+            if mode.f.is_finite() {
+                self.highest_hz = self.highest_hz.max(mode.f);
+                if mode.f > 0.0 {
+                    self.first_hz.get_or_insert(mode.f);
+                }
+            }
+            if mode.amplitude.is_finite() {
+                let most = self.strongest.unwrap_or(mode.amplitude);
+                self.strongest = Some(most.max(mode.amplitude));
+            }
+        }
+        self.by_tacho |= line.spindle.source == SpeedSource::Tacho;
+        if let Some((t, state, reason)) = self.last {
+            spend(&mut self.spent, state, reason, line.t - t);
+        }
+        self.last = Some((line.t, line.state, line.reason));
+        if !line.t.is_finite() {
+            return;
+        }
+        self.end_s = self.end_s.max(line.t);
+        if let Some(rpm) = line.spindle.rpm {
+            self.speed_at(line.t, rpm);
+        }
+        self.reading(line.t, line.amplitude);
+        self.moment(Moment::of(line));
+    }
+
+    fn moment(&mut self, new: Moment) {
+        let (moment, lines) = match self.open.take() {
+            Some((mut open, lines)) => {
+                open.join(new);
+                (open, lines + 1)
+            }
+            None => (new, 1),
+        };
+        if lines < 1 << self.doubled {
+            self.open = Some((moment, lines));
+            return;
+        }
+        if self.moments.len() == MOMENTS {
+            halve(&mut self.moments, Moment::join);
+            self.doubled += 1;
+            self.open = Some((moment, lines));
+            return;
+        }
+        self.moments.push(moment);
+    }
+
+    fn speed_at(&mut self, t: f64, rpm: f64) {
+        let before = self.speed;
+        for (row, on) in self.waiting.drain(..) {
+            let nearer = before.filter(|(at, _)| (on - at).abs() <= (t - on).abs());
+            self.noted[row].rpm = Some(nearer.map_or(rpm, |(_, rpm)| rpm));
+        }
+        self.speed = Some((t, rpm));
+    }
+
+    fn reading(&mut self, t: f64, reading: Option<AmplitudeRecord>) {
+        let noted = &mut self.noted;
+        self.standing.retain(|open| {
+            let over = open.off.is_some_and(|off| t > off);
+            if over {
+                noted[open.row].said = open.verdict();
+            }
+            !over
+        });
+        let Some(reading) = reading else {
+            return;
+        };
+        for open in &mut self.standing {
+            open.vote(t, &reading);
+        }
+        self.readings.insert(bin(reading.f), (t, reading));
+        let of_first = self.of_first.values_mut();
+        let shown = of_first.flat_map(|(last, inside)| [Some(last), inside.as_mut()]);
+        for shown in shown.chain([self.newest.as_mut()]).flatten() {
+            shown.after(t, &reading);
+        }
+    }
+
+    fn on(&mut self, alarm: &Alarm) {
+        if !alarm.on.is_finite() {
+            return;
+        }
+        self.end_s = self.end_s.max(alarm.on);
+        if self.alarms == 0 {
+            self.first_on = Some((alarm.on, None));
+            if let Some(newest) = self.newest.clone().filter(|s| s.histogram.t >= alarm.on) {
+                self.keep_of_first(newest);
+            }
+        }
+        self.alarms += 1;
+        if self.noted.len() == ROWS {
+            return;
+        }
+        let row = self.noted.len();
+        self.noted.push(Noted {
+            rpm: self.speed.map(|(_, rpm)| rpm),
+            said: None,
+        });
+        self.waiting.push((row, alarm.on));
+        let mut open = Open {
+            row,
+            on: alarm.on,
+            off: None,
+            f: alarm.f,
+            votes: Vec::new(),
+        };
+        // The line of that very sample may have come before.
+        for (t, reading) in self.readings.values() {
+            open.vote(*t, reading);
+        }
+        self.standing.push(open);
+    }
+
+    fn off(&mut self, alarm: &Alarm) {
+        if let Some((_, off @ None)) = &mut self.first_on {
+            *off = alarm.off;
+        }
+        if let Some(at) = alarm.off.filter(|t| t.is_finite()) {
+            self.end_s = self.end_s.max(at);
+        }
+        if let Some(open) = self.standing.iter_mut().find(|o| o.off.is_none()) {
+            (open.off, open.f) = (alarm.off, alarm.f);
+        }
+    }
+
+    fn histogram(&mut self, histogram: &HistogramRecord) {
+        let drawable = histogram.counts.bin_width.is_finite()
+            && histogram.counts.bin_width > 0.0
+            && histogram.counts.total() > 0;
+        if !drawable {
+            return;
+        }
+        let near = self.readings.values().filter(|r| same(r.1.f, histogram.f));
+        let before = near.max_by(|a, b| a.0.total_cmp(&b.0));
+        let shown = Shown {
+            reading: before.map(|(_, reading)| *reading),
+            away: before.map_or(f64::INFINITY, |(t, _)| (histogram.t - t).abs()),
+            histogram: histogram.clone(),
+            settled: false,
+        };
+        let during = self
+            .first_on
+            .is_some_and(|(on, off)| histogram.t >= on && off.is_none_or(|off| histogram.t <= off));
+        if during {
+            self.keep_of_first(shown.clone());
+        }
+        self.newest = Some(shown);
+    }
+
+    fn keep_of_first(&mut self, shown: Shown) {
+        let counts = &shown.histogram.counts;
+        let inside = u32::from(counts.beyond) * 10 <= counts.total();
+        let key = bin(shown.histogram.f);
+        let before = self.of_first.remove(&key).and_then(|(_, inside)| inside);
+        let fits = if inside { Some(shown.clone()) } else { before };
+        self.of_first.insert(key, (shown, fits));
+    }
+
+    /// The lines, thinned.
+    pub(super) fn moments(&self) -> impl Iterator<Item = &Moment> {
+        self.moments
+            .iter()
+            .chain(self.open.iter().map(|(open, _)| open))
+    }
+
+    /// Time of the last thing that was said, s.
+    pub(super) fn end_s(&self) -> f64 {
+        self.end_s
+    }
+
+    /// What is noted of an alarm, the first ones only; the run ends at `end_s`.
+    pub(super) fn noted(&self, row: usize, alarm: &Alarm) -> Option<Noted> {
+        let mut noted = self.noted.get(row)?.clone();
+        if let Some(open) = self.standing.iter().find(|open| open.row == row) {
+            // The frequency of the record is the last one known.
+            noted.said = Open {
+                f: alarm.f,
+                ..open.clone()
+            }
+            .verdict();
+        }
+        Some(noted)
+    }
+
+    /// How long the state was what it was for which reason, the longest first.
+    pub(super) fn spent(&self, end_s: f64) -> Vec<(State, Reason, f64)> {
+        let mut spent = self.spent.clone();
+        if let Some((t, state, reason)) = self.last {
+            spend(&mut spent, state, reason, end_s - t);
+        }
+        spent.sort_by(|a, b| b.2.total_cmp(&a.2));
+        spent
+    }
+
+    /// The histogram to be shown: the last one of the first alarm, whose frequency is
+    /// `f`, if there is one of which at most a tenth lies beyond the bins, such a one;
+    /// else the last one of all.
+    pub(super) fn shown(&self, f: Option<f64>) -> Option<&Shown> {
+        let there = |s: &&Shown| f.is_some_and(|f| same(s.histogram.f, f));
+        let latest = |a: &&Shown, b: &&Shown| a.histogram.t.total_cmp(&b.histogram.t);
+        let inside = self.of_first.values().filter_map(|(_, s)| s.as_ref());
+        let any = self.of_first.values().map(|(s, _)| s);
+        inside
+            .filter(there)
+            .max_by(latest)
+            .or_else(|| any.filter(there).max_by(latest))
+            .or(self.newest.as_ref())
+    }
+}
+
+impl Open {
+    fn vote(&mut self, t: f64, reading: &AmplitudeRecord) {
+        let inside = t >= self.on && self.off.is_none_or(|off| t <= off);
+        if !inside || reading.verdict == AmplitudeVerdict::TooShort {
+            return;
+        }
+        let key = (reading.f.max(1e-9).ln() * 10.0 * PER_E).round() as i32;
+        let like =
+            |v: &&mut (i32, f64, AmplitudeVerdict, u32)| v.0 == key && v.2 == reading.verdict;
+        let room = self.votes.len() < MOST_VOTES;
+        match self.votes.iter_mut().find(like) {
+            Some(vote) => vote.3 = vote.3.saturating_add(1),
+            None if room => {
+                self.votes.push((key, reading.f, reading.verdict, 1));
+            }
+            None => {}
+        }
+    }
+
+    /// What was said most often at the alarm's frequency.
+    fn verdict(&self) -> Option<AmplitudeVerdict> {
+        let mut sums: Vec<(AmplitudeVerdict, u64)> = Vec::new();
+        for (_, f, verdict, n) in &self.votes {
+            if !same(*f, self.f) {
+                continue;
+            }
+            match sums.iter_mut().find(|(v, _)| v == verdict) {
+                Some((_, sum)) => *sum += u64::from(*n),
+                None => sums.push((*verdict, u64::from(*n))),
+            }
+        }
+        sums.into_iter().max_by_key(|(_, n)| *n).map(|(v, _)| v)
+    }
+}
+
+impl Shown {
+    /// A reading that came later: the nearest one counts.
+    fn after(&mut self, t: f64, reading: &AmplitudeRecord) {
+        if self.settled || !same(reading.f, self.histogram.f) {
+            return;
+        }
+        self.settled = true;
+        let away = (t - self.histogram.t).abs();
+        if away < self.away {
+            (self.reading, self.away) = (Some(*reading), away);
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "course_tests.rs"]
+mod tests;
