@@ -22,6 +22,7 @@ macro_rules! eprintln {
 }
 
 pub mod args;
+pub mod bridge;
 pub mod cers;
 pub mod collect;
 pub mod commands;
@@ -30,6 +31,7 @@ pub mod els;
 pub mod failure;
 pub mod frames;
 pub mod input;
+pub mod key;
 pub mod ldbb;
 pub mod output;
 pub mod port;
