@@ -4,15 +4,16 @@
 //! nobody else.
 
 use crate::board::BoxBoard;
+use crate::control::{Ruling, Said};
 use crate::rig::RigPlan;
 use crate::sensor_box::SensorBox;
 use crate::store::{self, StoreError};
 use rarma_core::cers::ExcitationJob;
 use rarma_core::guard::{Denial, FaultCode, Mode, Stage};
-use rarma_core::settings::{SCHEMA_VERSION, SETTINGS, SettingError, find};
+use rarma_core::settings::{SCHEMA_VERSION, SETTINGS, SettingError, SettingValue, find};
 use rarma_core::wire::{
-    Answer, Command, Deframer, Identity, Refused, Reply, SettingMessage, Telemetry, VERSION,
-    decode, head,
+    Answer, Command, Deframer, FrameError, Handed, Head, Identity, MAX_FRAME, NOBODY, Opened,
+    Order, Refused, Reply, Seal, SettingMessage, Telemetry, VERSION, open,
 };
 
 /// Bytes taken in one pass, and commands carried out in one.
@@ -22,8 +23,6 @@ const PASS_COMMANDS: u32 = 4;
 const FLOOD_PASSES: u32 = 20;
 /// Broken frames are told once this many have come.
 const GARBAGE_FRAMES: u32 = 3;
-/// The same frame within this time is a copy, µs.
-const COPY_US: u64 = 1_000_000;
 /// Longest stream, s.
 const MOST_STREAM_S: f32 = 3600.0;
 
@@ -34,18 +33,10 @@ pub struct Counts {
     pub answered: u32,
     /// Of them, refused.
     pub refused: u32,
-    /// Of them, copies of the one before.
+    /// Of them, not carried out because of their numbers: copies, overtaken, old.
     pub doubled: u32,
     /// Frames that were broken.
     pub garbage: u32,
-}
-
-#[derive(Debug, Clone)]
-struct Last {
-    sequence: u32,
-    crc: u16,
-    at_us: u64,
-    answer: Answer,
 }
 
 /// See the module.
@@ -54,7 +45,6 @@ pub struct Commands {
     deframer: Deframer,
     /// Bytes taken from the link and not looked at yet.
     waiting: heapless::Deque<u8, PASS_BYTES>,
-    last: Option<Last>,
     counts: Counts,
     garbage_told: u32,
     full_passes: u32,
@@ -86,34 +76,20 @@ impl Commands {
         if self.full_passes >= FLOOD_PASSES {
             all.fault(board, FaultCode::LinkFlood, 0, PASS_BYTES as f32, now_us);
         }
+        let mut plain = [0; MAX_FRAME];
         let mut done = 0;
         while done < PASS_COMMANDS
             && let Some(byte) = self.waiting.pop_front()
         {
             let frame = match self.deframer.collect(byte) {
                 None => continue,
-                Some(Ok(stuffed)) => head(stuffed).map(|head| (head, decode::<Command>(stuffed))),
+                Some(Ok(stuffed)) => open(stuffed, &mut plain),
                 Some(Err(why)) => Err(why),
             };
             done += 1;
             match frame {
                 Err(_) => self.counts.garbage = self.counts.garbage.saturating_add(1),
-                Ok((head, command)) => {
-                    self.answer(
-                        all,
-                        board,
-                        now_us,
-                        (head.sequence, head.crc),
-                        match command {
-                            Ok((_, command)) if is_for(all, head.session, &command) => Ok(command),
-                            Ok(_) => Err(Refused::Session),
-                            Err(_) if head.version != VERSION => Err(Refused::Version {
-                                box_version: VERSION,
-                            }),
-                            Err(_) => Err(Refused::NotACommand),
-                        },
-                    );
-                }
+                Ok(frame) => self.answer(all, board, now_us, &frame),
             }
         }
         let broken = self.counts.garbage.wrapping_sub(self.garbage_told);
@@ -128,40 +104,62 @@ impl Commands {
         all: &mut SensorBox,
         board: &mut B,
         now_us: u64,
-        (to, crc): (u32, u16),
-        command: Result<Command, Refused>,
+        frame: &Opened<'_>,
     ) {
         self.counts.answered = self.counts.answered.wrapping_add(1);
-        let copy = self.last.as_ref().filter(|last| {
-            (last.sequence, last.crc) == (to, crc) && now_us.saturating_sub(last.at_us) < COPY_US
-        });
-        let answer = if let Some(last) = copy {
-            self.counts.doubled = self.counts.doubled.wrapping_add(1);
-            last.answer.clone()
-        } else {
-            let answer = match command.and_then(|c| carry_out(all, board, now_us, c)) {
-                Ok(answer) => answer,
-                Err(why) => Answer::Refused(why),
-            };
-            self.last = Some(Last {
-                sequence: to,
-                crc,
-                at_us: now_us,
-                answer: answer.clone(),
-            });
-            answer
+        let (by, result) = match frame.order() {
+            Ok((order, seal)) => {
+                let said = said(frame.head, order, seal);
+                (order.by, self.obey(all, board, now_us, &said))
+            }
+            Err(FrameError::Version { .. }) => {
+                let box_version = VERSION;
+                (NOBODY, Err(Refused::Version { box_version }))
+            }
+            Err(_) => (NOBODY, Err(Refused::NotACommand)),
         };
+        let answer = result.unwrap_or_else(Answer::Refused);
         if matches!(answer, Answer::Refused(_)) {
             self.counts.refused = self.counts.refused.wrapping_add(1);
         }
+        let to = frame.head.sequence;
         all.tell
-            .tell(board, &Telemetry::Reply(Reply { to, answer }));
+            .tell(board, &Telemetry::Reply(Reply { by, to, answer }));
+    }
+
+    fn obey<B: BoxBoard>(
+        &mut self,
+        all: &mut SensorBox,
+        board: &mut B,
+        now_us: u64,
+        said: &Said<'_>,
+    ) -> Result<Answer, Refused> {
+        match all.rule(board, said, now_us) {
+            Ruling::Do => {
+                let result = carry_out(all, board, now_us, said.command);
+                let answer = result.unwrap_or_else(Answer::Refused);
+                all.ruled(said, &answer);
+                Ok(answer)
+            }
+            Ruling::Answered(answer) => Ok(answer),
+            Ruling::Doubled(result) => {
+                self.counts.doubled = self.counts.doubled.wrapping_add(1);
+                result
+            }
+            Ruling::No(why) => Err(why),
+        }
     }
 }
 
-/// Whether a command is for this run of the box. Who asks who the box is need not know.
-fn is_for(all: &SensorBox, session: u32, command: &Command) -> bool {
-    session == all.tell.session() || *command == Command::Identify
+fn said<'a>(head: Head, order: Order, seal: Seal<'a>) -> Said<'a> {
+    Said {
+        by: order.by,
+        command: order.command,
+        session: head.session,
+        sequence: head.sequence,
+        crc: head.crc,
+        seal,
+    }
 }
 
 fn carry_out<B: BoxBoard>(
@@ -183,7 +181,7 @@ fn carry_out<B: BoxBoard>(
             shown(all, board, setting)
         }
         Command::Save { setting } => {
-            let value = all.settings.get(setting);
+            let value = all.settings.to_store(setting);
             keep(all, board, setting, value, now_us)
         }
         Command::Reset { setting } => {
@@ -240,6 +238,12 @@ fn carry_out<B: BoxBoard>(
             ready(all, Mode::Ldbb)?;
             done(all.rig.bar.go())
         }
+        // The ruling has handed control over already.
+        Command::Take { .. } => Ok(Answer::Done),
+        Command::Release => {
+            all.hand_over(board, NOBODY, Handed::GivenUp, now_us);
+            Ok(Answer::Done)
+        }
         Command::Status => {
             all.tell_status(board, now_us);
             Ok(Answer::Done)
@@ -289,6 +293,7 @@ pub(crate) fn identity<B: BoxBoard>(all: &SensorBox) -> Identity {
         loop_rate_hz: all.loop_hz as f32,
         started: all.started,
         before: all.before,
+        control: all.control_message(),
     }
 }
 
@@ -300,7 +305,8 @@ fn shown<B: BoxBoard>(all: &SensorBox, board: &mut B, number: u16) -> Result<Ans
     let stored = store::read(flash, range, setting)
         .ok()
         .and_then(Result::ok)
-        .flatten();
+        .flatten()
+        .map(SettingValue::shown);
     Ok(Answer::Setting(SettingMessage {
         setting: number,
         value,
@@ -312,7 +318,7 @@ fn keep<B: BoxBoard>(
     all: &mut SensorBox,
     board: &mut B,
     number: u16,
-    value: Option<rarma_core::settings::SettingValue>,
+    value: Option<SettingValue>,
     now_us: u64,
 ) -> Result<Answer, Refused> {
     let (_, setting) = find(number).ok_or(Refused::Setting(SettingError::Unknown))?;

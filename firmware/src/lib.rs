@@ -11,6 +11,7 @@ pub mod bits;
 pub mod board;
 pub mod boards;
 pub mod commands;
+mod control;
 pub mod current_loop;
 pub mod exciting;
 pub mod last_words;

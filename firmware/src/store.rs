@@ -13,7 +13,7 @@ use core::task::{Context, Poll, Waker};
 use embedded_storage::nor_flash::NorFlash;
 use embedded_storage_async::nor_flash as asynchronous;
 use rarma_core::settings::{
-    RECORD_BYTES, RecordError, SETTINGS, Setting, SettingValue, Settings, from_record, to_record,
+    RecordError, SETTINGS, Setting, SettingValue, Settings, from_record, to_record,
 };
 use sequential_storage::Error;
 use sequential_storage::cache::Cache;
@@ -148,7 +148,7 @@ pub fn write<F: NorFlash>(
     value: Option<SettingValue>,
 ) -> Result<(), StoreError> {
     let mut buffer = [0; BUFFER_BYTES];
-    let record: [u8; RECORD_BYTES] = to_record(setting, value);
+    let record = to_record(setting, value);
     let mut map = map(flash, range)?;
     outcome(finish(map.store_item(
         &mut buffer,

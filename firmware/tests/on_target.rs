@@ -138,7 +138,7 @@ mod tests {
         assert!(report.state == State::Invalid);
         let message = Telemetry::Verdict(Verdict::from_report(&report));
         let mut buffer = [0; MAX_FRAME];
-        let Ok(frame) = encode(&message, 9, &mut buffer) else {
+        let Ok(frame) = encode(&message, 5, 9, &mut buffer) else {
             defmt::panic!("a verdict fits a frame");
         };
         let mut deframer = Deframer::default();
@@ -146,6 +146,9 @@ mod tests {
         for &b in frame {
             back = deframer.push::<Telemetry>(b).or(back);
         }
-        assert!(back == Some(Ok((9, message))));
+        let Some(Ok((head, back))) = back else {
+            defmt::panic!("it comes back");
+        };
+        assert!((head.session, head.sequence) == (5, 9) && back == message);
     }
 }

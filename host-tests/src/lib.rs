@@ -19,6 +19,7 @@ pub mod hostile;
 pub mod json;
 pub mod ldbb;
 pub mod ldbb_box;
+pub mod link_bench;
 pub mod modal_case;
 pub mod page;
 pub mod piped;

@@ -52,6 +52,14 @@ pub fn answer(all: &SimBox, to: u32) -> Option<Answer> {
         })
 }
 
+/// Whoever stands at the machine releases the enable input and presses it again.
+pub fn press_again(all: &mut SimBox) {
+    all.rig.contacts.enable = false;
+    all.run_for(0.1);
+    all.rig.contacts.enable = true;
+    all.run_for(0.005);
+}
+
 /// A box at its working point in a mode, at 1.0 s.
 pub fn working(mode: Mode, set_up: RigSetUp) -> SimBox {
     let seed = set_up.seed;

@@ -8,7 +8,8 @@ use host_tests::resources::board_image_or_skip;
 use rarma_core::guard::{FaultCode, Mode, Severity};
 use rarma_core::settings::Settings;
 use rarma_core::wire::{
-    Command as Order, Deframer, FaultMessage, Head, Identity, MAX_FRAME, Started, Telemetry, encode,
+    Command as Word, Deframer, FaultMessage, Head, Identity, MAX_FRAME, Order, Started, Telemetry,
+    encode_order,
 };
 use serde_json::{Value, json};
 use std::path::Path;
@@ -157,27 +158,37 @@ fn samples_come_at_their_rate() {
     assert!((23_990..=24_000).contains(&samples), "{samples}");
 }
 
-/// The first word of the model's random numbers (tools/g474-model/entropy.py).
+/// The first words of the model's random numbers (tools/g474-model/entropy.py): the session,
+/// the turn of nobody at start, and that of the first host that takes control.
 const SESSION: u32 = 0x5E55_0001;
+const NOBODYS: u32 = SESSION + 1;
+const OURS: u32 = SESSION + 2;
+/// The number of the host itself.
+const HOST: u32 = 7;
 
 /// Steps that bring CERS to its bias: contacts closed, heartbeats, start, arm.
 fn armed(seconds: f64) -> Vec<Value> {
     let mut steps = vec![json!([0.0, "PA6", 1]), json!([0.0, "PC8", 1])];
     let mut sequence = 0;
-    let mut say = |at: f64, order: Order| {
+    let mut say = |at: f64, command: Word| {
         let mut frame = [0; MAX_FRAME];
-        let bytes = encode(&order, SESSION, sequence, &mut frame).expect("a command fits a frame");
         sequence += 1;
+        let by = if sequence == 1 { HOST } else { OURS };
+        let order = Order { by, command };
+        let bytes = encode_order(&order, SESSION, sequence, None, &mut frame);
+        let bytes = bytes.expect("a command fits a frame");
         let hex: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
         steps.push(json!([at, "host", hex]));
     };
-    say(0.02, Order::Start(Mode::Cers));
-    let mut at = 0.025;
+    say(0.015, Word::Take { turn: NOBODYS });
+    say(0.02, Word::Start(Mode::Cers));
+    say(0.025, Word::Heartbeat);
+    say(0.03, Word::Arm);
+    let mut at = 0.125;
     while at < seconds {
-        say(at, Order::Heartbeat);
+        say(at, Word::Heartbeat);
         at += 0.1;
     }
-    say(0.03, Order::Arm);
     steps
 }
 

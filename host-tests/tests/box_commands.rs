@@ -189,8 +189,10 @@ impl Drop for Served {
     }
 }
 
-fn serve(scenario: &str) -> Served {
-    let mut child = rarma(&["box", "--sim", scenario, "--listen", "127.0.0.1:0"])
+fn serve(scenario: &str, more: &[&str]) -> Served {
+    let mut arguments = vec!["box", "--sim", scenario, "--listen", "127.0.0.1:0"];
+    arguments.extend(more);
+    let mut child = rarma(&arguments)
         .stdout(Stdio::piped())
         .spawn()
         .expect("a program");
@@ -206,40 +208,55 @@ fn serve(scenario: &str) -> Served {
     Served { child, address }
 }
 
-#[test]
-fn connect_arms_sets_reads_and_records_over_a_socket() {
-    let folder = Folder::default();
+/// A scenario that only waits, and the file of a key.
+fn idle(folder: &Folder) -> (String, String) {
     let scenario = folder.path().join("idle.toml");
     std::fs::write(
         &scenario,
         "name = \"idle\"\nabout = \"waits for a host\"\nduration_s = 60.0\nhears = \"quiet\"\n",
     )
     .expect("a scenario");
-    let served = serve(text(&scenario));
+    let key = folder.path().join("box.key");
+    std::fs::write(
+        &key,
+        format!("{}\n", "00112233445566778899aabbccddeeff".repeat(2)),
+    )
+    .expect("a key");
+    (text(&scenario).to_owned(), text(&key).to_owned())
+}
+
+/// Runs until a line of JSON is what is looked for, or the program ends.
+fn until(child: &mut Child, mut is_it: impl FnMut(&Value) -> bool) -> bool {
+    let out = child.stdout.as_mut().expect("its output");
+    let lines = BufReader::new(out).lines().map_while(Result::ok);
+    lines
+        .filter_map(|line| serde_json::from_str(&line).ok())
+        .any(|line: Value| is_it(&line["message"]))
+}
+
+#[test]
+fn connect_arms_sets_reads_and_records_over_a_socket() {
+    let folder = Folder::default();
+    let (scenario, key) = idle(&folder);
+    let served = serve(&scenario, &["--key", &key]);
     let port = format!("tcp:{}", served.address);
     let record = folder.path().join("live.frames");
-    let (output, lines) = run(&[
-        "connect",
-        &port,
-        "--json",
-        "--seconds",
-        "3",
-        "--record",
-        text(&record),
-        "--say",
+    let mut arguments = vec!["connect", &port, "--json", "--key", &key, "--seconds", "6"];
+    arguments.extend(["--record", text(&record)]);
+    for words in [
         "set monitor.threshold 0.02",
-        "--say",
         "save monitor.threshold",
-        "--say",
         "set monitor.threshold 9",
-        "--say",
         "start cers",
-        "--say",
         "arm",
-        "--say",
         "stream 1",
-    ]);
+    ] {
+        arguments.extend(["--say", words]);
+    }
+    let (output, lines) = run(&arguments);
     assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("heartbeats begin"), "{said}");
     let answers: Vec<&Value> = of(&lines, "Reply").iter().map(|r| &r["answer"]).collect();
     assert!(
         answers
@@ -254,15 +271,15 @@ fn connect_arms_sets_reads_and_records_over_a_socket() {
     assert!(
         of(&lines, "Status")
             .iter()
-            .any(|s| s["stage"] == "Ready" && s["energised"] == true)
+            .any(|s| s["stage"] == "Ready" && s["energised"] == true),
+        "{said}"
     );
     let samples: usize = of(&lines, "Raw")
         .iter()
         .map(|r| r["samples"].as_array().map_or(0, Vec::len))
         .sum();
     assert!((40_000..=48_000).contains(&samples), "{samples}");
-    // Without this host's heartbeats the outputs are off when the next one looks.
-    std::thread::sleep(std::time::Duration::from_millis(800));
+    // It has given control up, and the outputs went down in order: no fault.
     let (_, lines) = run(&["connect", &port, "--json", "--seconds", "1", "--look"]);
     let last = of(&lines, "Status")
         .last()
@@ -270,9 +287,10 @@ fn connect_arms_sets_reads_and_records_over_a_socket() {
         .cloned()
         .expect("a status");
     assert_eq!(
-        (&last["energised"], &last["fault"]["code"]),
-        (&Value::Bool(false), &Value::from("HeartbeatLost"))
+        (&last["energised"], &last["fault"]),
+        (&Value::Bool(false), &Value::Null)
     );
+    assert_eq!(last["control"]["why"], "GivenUp");
     let output = rarma(&["connect", &port, "--settings"])
         .output()
         .expect("a program");
@@ -282,7 +300,127 @@ fn connect_arms_sets_reads_and_records_over_a_socket() {
             .any(|l| l.starts_with("monitor.threshold") && l.contains("0.02")),
         "{page}"
     );
+    assert!(
+        page.lines()
+            .any(|l| l.starts_with("link.key") && l.contains(" set ") && !l.contains("0011"))
+    );
     assert_eq!(page.lines().count(), rarma_core::settings::SETTINGS.len());
+}
+
+/// Two programs on one box: the second looks on until it takes over, and both are told; the
+/// connection of the one in control is cut while outputs are on.
+#[test]
+fn one_controls_the_other_looks_on_and_a_cut_connection_lets_go() {
+    let folder = Folder::default();
+    let (scenario, key) = idle(&folder);
+    let served = serve(&scenario, &["--key", &key]);
+    let port = format!("tcp:{}", served.address);
+    let control = ["connect", &port, "--json", "--key", &key];
+    let mut first = rarma(&[&control[..], &["--say", "start cers", "--say", "arm"]].concat())
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("a program");
+    assert!(until(&mut first, |m| m["Status"]["stage"] == "Ready"));
+    let (output, lines) = run(&[
+        &control[..],
+        &["--seconds", "2", "--say", "current 1.5", "--say", "take"],
+    ]
+    .concat());
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("is in control; `take` takes it"), "{said}");
+    assert!(said.contains("this host is in control"), "{said}");
+    let answers: Vec<&Value> = of(&lines, "Reply").iter().map(|r| &r["answer"]).collect();
+    assert!(answers.iter().any(|a| a["Refused"] == "NotInControl"));
+    assert!(of(&lines, "Control").iter().any(|c| c["why"] == "Taken"));
+    assert!(of(&lines, "Status").iter().any(|s| s["stage"] == "Off"));
+    // The first is told, too.
+    assert!(until(&mut first, |m| m["Control"]["why"] == "Taken"));
+    let _ = first.kill();
+    let said = first.wait_with_output().expect("it ends");
+    assert!(!said.status.success());
+
+    let served = serve(&scenario, &["--key", &key]);
+    let port = format!("tcp:{}", served.address);
+    let arguments = [
+        "connect",
+        &port,
+        "--json",
+        "--key",
+        &key,
+        "--say",
+        "start cers",
+        "--say",
+        "arm",
+    ];
+    let mut cut = rarma(&arguments)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("a program");
+    assert!(until(&mut cut, |m| m["Status"]["stage"] == "Ready"));
+    let _ = cut.kill();
+    let _ = cut.wait();
+    let mut next = rarma(&["connect", &port, "--json", "--look"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("a program");
+    let lost = until(&mut next, |m| {
+        m["Status"]["fault"]["code"] == "HeartbeatLost"
+            && m["Status"]["energised"] == false
+            && m["Status"]["control"]["why"] == "HostLost"
+            && m["Status"]["press_again"] == true
+    });
+    let _ = next.kill();
+    let _ = next.wait();
+    assert!(lost);
+}
+
+/// Over a network, a box without a key changes nothing; with one, nothing without it.
+#[test]
+fn over_a_network_nothing_is_changed_without_the_key() {
+    let folder = Folder::default();
+    let (scenario, key) = idle(&folder);
+    for (more, says) in [
+        (&[][..], "the box has no key"),
+        (&["--key", &key][..], "the key is missing or another one"),
+    ] {
+        let served = serve(&scenario, more);
+        let port = format!("tcp:{}", served.address);
+        let (output, lines) = run(&[
+            "connect",
+            &port,
+            "--json",
+            "--seconds",
+            "2",
+            "--say",
+            "start cers",
+            "--say",
+            "arm",
+        ]);
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        let replies = of(&lines, "Reply");
+        let refused = if more.is_empty() { "NoKey" } else { "Seal" };
+        let count = replies
+            .iter()
+            .filter(|r| r["answer"]["Refused"] == refused)
+            .count();
+        // Take, start, the heartbeat and the arm.
+        assert!(count >= 4, "{count} {replies:?}");
+        assert!(of(&lines, "Status").iter().all(|s| s["stage"] == "Off"));
+        let output = rarma(&["connect", &port, "--set-key", &key])
+            .output()
+            .expect("a program");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(
+            (output.status.code(), said.lines().count()),
+            (Some(4), 1),
+            "{said}"
+        );
+        assert!(said.contains(says), "{said}");
+    }
 }
 
 #[test]
@@ -294,7 +432,8 @@ fn wrong_usage_and_bad_input_are_said_in_one_line() {
         text(&path).to_owned()
     };
     let bad = "name = \"x\"\nabout = \"y\"\nduration_s = 1.0\nhears = \"quiet\"\n";
-    let cases: [(&[&str], i32, &str); 7] = [
+    let short = file("short.key", b"0011\n");
+    let cases: [(&[&str], i32, &str); 9] = [
         (&["box"], 2, "--sim"),
         (&["box", "--sim", "nothing-of-that-name"], 3, "open"),
         (
@@ -327,6 +466,16 @@ fn wrong_usage_and_bad_input_are_said_in_one_line() {
             "no whole frame",
         ),
         (&["connect", "tcp:127.0.0.1:1"], 3, "open"),
+        (
+            &["connect", "tcp:127.0.0.1:1", "--key", &short],
+            3,
+            "short.key: line 1: 4 characters where a key has 64 hexadecimal digits",
+        ),
+        (
+            &["connect", "tcp:127.0.0.1:1", "--key", "nokey.hex"],
+            3,
+            "nokey.hex: open: no such file",
+        ),
         (
             &["connect", "tcp:127.0.0.1:1", "--say", "dance"],
             2,

@@ -4,7 +4,7 @@
 //! `cargo test --release -p host-tests --test box_trips -- --nocapture`
 
 use hal_sim::rig::{FaultKind as K, RigSetUp};
-use host_tests::rig::{answer, broken, set, working};
+use host_tests::rig::{answer, broken, press_again, set, working};
 use rarma_core::guard::{Denial, FaultCode as C, Mode, Severity, Stage};
 use rarma_core::settings::SettingValue;
 use rarma_core::wire::{Answer, Command, Refused, Started, Telemetry};
@@ -78,6 +78,8 @@ fn arming_needs_stop_chain_enable_input_heartbeat_and_a_cleared_fault() {
     all.run_for(0.005);
     assert_eq!(ask(&mut all, Command::Arm), denied(Denial::FaultLatched));
     assert_eq!(ask(&mut all, Command::Clear), Answer::Done);
+    assert_eq!(ask(&mut all, Command::Arm), denied(Denial::EnableHeld));
+    press_again(&mut all);
     assert_eq!(all.rig.last_on_us(), None);
     assert_eq!(ask(&mut all, Command::Arm), Answer::Done);
     all.run_for(0.5);
@@ -140,6 +142,7 @@ fn supply_dip_vents_the_bar_for_good() {
     assert!(matches!(answer(&all, to), Some(Answer::Refused(_))));
     assert!(all.rig.plant().pressure_pa < 1e3 && !all.rig.outputs_on());
     assert_eq!(all.app.supervisor().stage(), Stage::Faulted);
+    press_again(&mut all);
     for command in [Command::Clear, Command::Arm] {
         let to = all.send(&command);
         all.run_for(0.01);

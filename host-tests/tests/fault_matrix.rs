@@ -4,10 +4,10 @@
 //!
 //! `cargo test --release -p host-tests --test fault_matrix`
 
-use hal_sim::rig::FaultKind as K;
-use host_tests::rig::{Outcome, broken};
+use hal_sim::rig::{FaultKind as K, SimBox};
+use host_tests::rig::{Outcome, answer, broken};
 use rarma_core::guard::{FaultCode as C, Mode, Severity, Stage};
-use rarma_core::wire::Started;
+use rarma_core::wire::{Answer, Command, Started};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -187,6 +187,24 @@ fn row(table: &mut String, kind: K, mode: Mode, o: &Outcome) {
     );
 }
 
+/// After a trip nothing is armed while the enable input is held, whatever is said.
+fn stays_off(o: &Outcome, all: &mut SimBox) -> Result<(), String> {
+    if !matches!(o.told, Some((_, Severity::Trip, _))) {
+        return Ok(());
+    }
+    let mut armed = None;
+    for command in [Command::Clear, Command::Start(Mode::Cers), Command::Arm] {
+        let to = all.send(&command);
+        all.run_for(0.01);
+        armed = answer(all, to);
+    }
+    match armed {
+        Some(Answer::Done) => Err("armed again with the enable input held".to_owned()),
+        _ if all.app.supervisor().stage().in_use() => Err("on again".to_owned()),
+        _ => Ok(()),
+    }
+}
+
 #[test]
 fn every_fault_in_every_mode() {
     let mut table = String::from(
@@ -195,9 +213,10 @@ fn every_fault_in_every_mode() {
     let mut wrong = Vec::new();
     for &kind in K::ALL {
         for mode in Mode::ALL {
-            let (outcome, _) = broken(mode, kind, 1, length_us(kind));
+            let (outcome, mut all) = broken(mode, kind, 1, length_us(kind));
             row(&mut table, kind, mode, &outcome);
-            if let Err(why) = judge(kind, mode, &outcome) {
+            let judged = judge(kind, mode, &outcome).and_then(|()| stays_off(&outcome, &mut all));
+            if let Err(why) = judged {
                 wrong.push(format!(
                     "{} in {}: {why}: {outcome:?}",
                     kind.name(),

@@ -13,7 +13,8 @@ use rand_chacha::ChaCha8Rng;
 use rarma_core::guard::Mode;
 use rarma_core::settings::SettingValue;
 use rarma_core::wire::{
-    Answer, Command, Deframer, MAX_FRAME, Refused, Telemetry, decode, encode, head,
+    Answer, Command, Deframer, MAX_FRAME, Order, Refused, Telemetry, decode, encode, encode_order,
+    head, open,
 };
 use std::time::{Duration, Instant};
 
@@ -43,6 +44,8 @@ fn command() -> impl Strategy<Value = Command> {
         Just(Command::Clear),
         Just(Command::Status),
         Just(Command::Arm),
+        Just(Command::Release),
+        any::<u32>().prop_map(|turn| Command::Take { turn }),
         setting().prop_map(|setting| Command::Read { setting }),
         setting().prop_map(|setting| Command::Save { setting }),
         setting().prop_map(|setting| Command::Reset { setting }),
@@ -54,9 +57,9 @@ fn command() -> impl Strategy<Value = Command> {
     ]
 }
 
-fn frame(command: &Command, session: u32, sequence: u32) -> Vec<u8> {
+fn frame(order: &Order, session: u32, sequence: u32) -> Vec<u8> {
     let mut buffer = [0; MAX_FRAME];
-    encode(command, session, sequence, &mut buffer)
+    encode_order(order, session, sequence, None, &mut buffer)
         .expect("fits")
         .to_vec()
 }
@@ -81,9 +84,15 @@ fn piece() -> impl Strategy<Value = Piece> {
     ]
 }
 
-/// The bytes of a piece; one frame in eight is for another session.
-fn bytes(piece: &Piece, session: u32) -> Vec<u8> {
-    let frame = |c: &Command, s: u32| frame(c, session ^ u32::from(s % 8 == 0), s);
+/// The bytes of a piece; one frame in eight is for another session, one in five by somebody
+/// whose turn it is not.
+fn bytes(piece: &Piece, session: u32, turn: u32) -> Vec<u8> {
+    let frame = |c: &Command, s: u32| {
+        let by = turn ^ u32::from(s % 5 == 0);
+        let command = *c;
+        let session = session ^ u32::from(s % 8 == 0);
+        frame(&Order { by, command }, session, 1 + s % 300)
+    };
     match piece {
         Piece::Garbage(bytes) => bytes.clone(),
         Piece::Whole(c, s) => frame(c, *s),
@@ -104,19 +113,24 @@ fn bytes(piece: &Piece, session: u32) -> Vec<u8> {
 /// The parser alone: any bytes, and the next whole frame after a zero is read.
 fn parse(bytes: &[u8]) {
     let _ = head(bytes);
-    let _ = decode::<Command>(bytes);
+    let _ = open(bytes, &mut [0; MAX_FRAME]).map(|frame| frame.order().is_ok());
+    let _ = decode::<Order>(bytes);
     let _ = decode::<Telemetry>(bytes);
     let mut deframer = Deframer::default();
     let mut last = None;
-    let good = frame(&Command::Identify, 5, 77);
+    let identify = Order {
+        by: 6,
+        command: Command::Identify,
+    };
+    let good = frame(&identify, 5, 77);
     for &b in bytes.iter().chain(&[0]).chain(&good) {
-        if let Some(result) = deframer.push::<Command>(b) {
+        if let Some(result) = deframer.push::<Order>(b) {
             last = Some(result);
         }
     }
     let (head, command) = last.expect("a frame").expect("a whole one");
     assert_eq!((head.session, head.sequence), (5, 77));
-    assert_eq!(command, Command::Identify);
+    assert_eq!(command, identify);
 }
 
 fn parser_for(cases: u32, time: Option<Duration>) -> u64 {
@@ -130,13 +144,13 @@ fn parser_for(cases: u32, time: Option<Duration>) -> u64 {
         });
         runner
             .run(&proptest::collection::vec(piece(), 1..4), |pieces| {
-                let all: Vec<u8> = pieces.iter().flat_map(|p| bytes(p, 5)).collect();
+                let all: Vec<u8> = pieces.iter().flat_map(|p| bytes(p, 5, 6)).collect();
                 parse(&all);
                 // A body of any bytes inside a sound frame.
                 let mut rng = ChaCha8Rng::seed_from_u64(all.len() as u64);
                 let mut body = all.clone();
                 body.truncate(200);
-                let _ = decode::<Command>(&body);
+                let _ = decode::<Order>(&body);
                 if let Some(b) = body.first_mut() {
                     *b = rng.random();
                 }
@@ -169,9 +183,13 @@ fn box_for(cases: u32, time: Option<Duration>) -> (u64, u64) {
             .run(&proptest::collection::vec(piece(), 1..12), |pieces| {
                 let mut all = all.borrow_mut();
                 all.host.heard.clear();
-                let session = all.host.session;
+                // A turn of its own, so that the numbers of the last stream are not old.
+                all.send(&Command::Take { turn: 0 });
+                all.run_for(0.001);
+                let session = all.host.session();
+                let turn = all.host.speaker.control().map_or(0, |c| c.turn);
                 for p in &pieces {
-                    all.rig.link.host_sends(&bytes(p, session));
+                    all.rig.link.host_sends(&bytes(p, session, turn));
                 }
                 let until = all.rig.world_us() + 2_000;
                 while all.rig.world_us() < until || all.rig.link.waiting() > 0 {
@@ -308,7 +326,7 @@ fn a_doubled_command_is_carried_out_once_and_a_strange_one_is_refused_by_its_num
     // A whole frame whose body is no command.
     let mut buffer = [0; MAX_FRAME];
     let body = [200u8; 4];
-    let frame = encode(&body, all.host.session, 4243, &mut buffer)
+    let frame = encode(&body, all.host.session(), 4243, &mut buffer)
         .expect("fits")
         .to_vec();
     all.rig.link.host_sends(&frame);

@@ -4,13 +4,19 @@
 use hal_sim::rig::{RigSetUp, SimBox, SimRig};
 use host_tests::rig::{answer, quiet};
 use rarma_core::guard::Mode;
-use rarma_core::wire::{Answer, Command, MAX_FRAME, NO_SESSION, Refused, Started, Telemetry};
-use rarma_core::wire::{encode, head};
+use rarma_core::wire::{
+    Answer, Command, MAX_FRAME, NO_SESSION, Order, Refused, Started, Telemetry,
+};
+use rarma_core::wire::{encode_order, head};
 use std::collections::BTreeSet;
 
 fn frame(command: &Command, session: u32, sequence: u32) -> Vec<u8> {
     let mut buffer = [0; MAX_FRAME];
-    let bytes = encode(command, session, sequence, &mut buffer);
+    let order = Order {
+        by: 12,
+        command: *command,
+    };
+    let bytes = encode_order(&order, session, sequence, None, &mut buffer);
     bytes.expect("a command fits a frame").to_vec()
 }
 
@@ -46,7 +52,7 @@ fn every_frame_of_a_run_names_it_and_another_run_is_another() {
 fn a_reset_is_a_session_of_its_own_and_its_numbers_begin_again() {
     let mut all = fresh(3);
     all.run_for(0.3);
-    let first = all.host.session;
+    let first = all.host.session();
     all.rig.add_fault(hal_sim::rig::FaultEvent {
         kind: hal_sim::rig::FaultKind::Panic,
         place: 0,
@@ -55,7 +61,7 @@ fn a_reset_is_a_session_of_its_own_and_its_numbers_begin_again() {
     });
     all.run_for(0.3);
     assert_eq!(all.resets, 1);
-    let second = all.host.session;
+    let second = all.host.session();
     assert_ne!(first, second);
     let of_second: Vec<_> = all
         .host
@@ -75,7 +81,7 @@ fn a_reset_is_a_session_of_its_own_and_its_numbers_begin_again() {
 fn a_command_for_another_session_is_refused_by_name_and_changes_nothing() {
     let mut all = fresh(4);
     all.run_for(0.1);
-    let own = all.host.session;
+    let own = all.host.session();
     let mode = all.app.supervisor().mode();
     assert_ne!(mode, Mode::Safe);
     for (sequence, session) in [
@@ -113,5 +119,5 @@ fn who_does_not_know_the_session_asks_who_the_box_is_and_reads_it_off_the_answer
         &answered.message,
         Telemetry::Reply(reply) if matches!(reply.answer, Answer::Identity(_))
     ));
-    assert_eq!(answered.session, all.host.session);
+    assert_eq!(answered.session, all.host.session());
 }

@@ -11,7 +11,7 @@ use rarma_core::guard::FaultCode;
 use rarma_core::settings::{
     COUNT, Kind, SETTINGS, Setting, SettingValue, Settings, from_record, to_record,
 };
-use rarma_core::wire::Telemetry;
+use rarma_core::wire::{LinkKey, Telemetry};
 
 const RANGE: std::ops::Range<u32> = 0..(SECTOR * SECTORS) as u32;
 
@@ -19,6 +19,7 @@ fn other(setting: &Setting, rng: &mut ChaCha8Rng) -> SettingValue {
     match setting.kind {
         Kind::Real { low, high, .. } => SettingValue::Real(rng.random_range(low..=high)),
         Kind::Whole { low, high, .. } => SettingValue::Whole(rng.random_range(low..=high)),
+        Kind::Key => SettingValue::Key(LinkKey(rng.random())),
     }
 }
 
@@ -92,7 +93,8 @@ fn cut_at_every_byte_of_saves() {
             store::write(&mut trial, RANGE, setting, Some(value)).expect("a good flash");
             let bytes = trial.touched() - was;
             if k > 0 && bytes < 200 {
-                if bytes < 24 && k < 139 {
+                // A key's record is the longest.
+                if bytes < 64 && k < 139 {
                     flash = trial;
                     continue;
                 }

@@ -123,6 +123,7 @@ impl Collector {
             | Telemetry::Raw(_)
             | Telemetry::Circle(_)
             | Telemetry::Excitation(_)
+            | Telemetry::Control(_)
             | Telemetry::Hello(_) => {}
         }
         News::None

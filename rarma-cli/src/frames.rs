@@ -1,11 +1,12 @@
 //! Frames of a box, from wherever they come: decoded, counted, told in words or JSON, kept.
 
 use crate::speech::shown;
-use rarma_core::guard::{FaultRecord, Severity};
+use rarma_core::guard::{Denial, FaultRecord, Severity};
 use rarma_core::ldbb::Proof;
 use rarma_core::settings::find;
 use rarma_core::wire::{
-    Answer, CircleMessage, Deframer, ExcitationMessage, FrameError, Head, Telemetry,
+    Answer, CircleMessage, ControlMessage, Deframer, ExcitationMessage, FrameError, Handed, Head,
+    Refused, Telemetry,
 };
 use serde::Serialize;
 
@@ -146,6 +147,7 @@ pub fn words(message: &Telemetry) -> Option<String> {
         ),
         Telemetry::Finished(f) => format!("listening ended after {} samples", f.samples),
         Telemetry::Refused(why) => format!("refused: {why:?}"),
+        Telemetry::Control(control) => control_words(control),
         Telemetry::Notice(n) => format!("spindle: {:?}", n.notice),
         Telemetry::Hello(id) => {
             format!("started: {}", answer_words(&Answer::Identity(id.clone())))
@@ -179,7 +181,12 @@ pub fn words(message: &Telemetry) -> Option<String> {
             1e6 * s.gauge_m,
             s.supply_v,
             s.fault
-                .map_or(String::new(), |f| format!("  fault {}", f.code.name())),
+                .map_or(String::new(), |f| format!("  fault {}", f.code.name()))
+                + if s.press_again {
+                    "  (release the enable input and press it again)"
+                } else {
+                    ""
+                },
         ),
         Telemetry::Health(h) => format!(
             "{:10.3} s  {} samples ({} missing), {} verdicts, {} frames ({} dropped), {} commands ({} refused, {} doubled), {} broken frames, {} times late",
@@ -198,11 +205,44 @@ pub fn words(message: &Telemetry) -> Option<String> {
     })
 }
 
+/// Who has control, in words.
+pub fn control_words(control: &ControlMessage) -> String {
+    let host = control.by;
+    match control.why {
+        Handed::Taken => format!("control: host {host:08x} has taken it"),
+        Handed::Start => "control: nobody has it, the box has started".to_owned(),
+        Handed::GivenUp => "control: nobody has it, it was given up".to_owned(),
+        Handed::HostLost => "control: nobody has it, its host was silent".to_owned(),
+        Handed::Stopped => "control: nobody has it, another host said stop".to_owned(),
+    }
+}
+
+/// Why a command is refused, and what to do.
+fn refused_words(why: &Refused) -> String {
+    match why {
+        Refused::Denied(Denial::EnableHeld) => "release the enable input and press it again",
+        Refused::Denied(Denial::EnableOpen) => "the enable input is open: press it",
+        Refused::Session => "made for another run of the box",
+        Refused::NotInControl => "this host is not in control (take)",
+        Refused::Turn => "control has changed hands meanwhile (take again)",
+        Refused::Repeated => "it has come before",
+        Refused::Overtaken => "a later command has come before it",
+        Refused::Old => "its number is too old",
+        Refused::NoKey => {
+            "the box has no key, so that over a network nothing is changed (give it one at its own port, with --set-key)"
+        }
+        Refused::Seal => "the key is missing or another one (--key FILE)",
+        Refused::OwnPort => "the key is changed at the box's own port only",
+        _ => return format!("{why:?}"),
+    }
+    .to_owned()
+}
+
 /// An answer in words.
 pub fn answer_words(answer: &Answer) -> String {
     match answer {
         Answer::Done => "done".to_owned(),
-        Answer::Refused(why) => format!("refused: {why:?}"),
+        Answer::Refused(why) => format!("refused: {}", refused_words(why)),
         Answer::Identity(id) => format!(
             "{}, firmware {}, {} settings (schema {}), microphone {} Hz, current loop {} Hz, started by {:?}{}",
             id.board,

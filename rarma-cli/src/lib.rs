@@ -23,6 +23,7 @@ macro_rules! eprintln {
 
 pub mod args;
 pub mod banded;
+pub mod bridge;
 pub mod cers;
 pub mod collect;
 pub mod commands;
@@ -31,6 +32,7 @@ pub mod els;
 pub mod failure;
 pub mod frames;
 pub mod input;
+pub mod key;
 pub mod ldbb;
 mod one_line;
 pub mod output;

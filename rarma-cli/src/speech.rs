@@ -7,7 +7,7 @@ use rarma_core::settings::{Kind, SETTINGS, Setting, SettingValue};
 use rarma_core::wire::{CircleJob, Command, JOB_PRESSURES, StandJob};
 
 /// What can be said.
-pub const WORDS: &str = "identify | status | start safe|monitor|cers|ldbb | stop | arm | clear | stream SECONDS | pressure PA | current A | circle MM_PER_MIN BAR,BAR,… [both] [down] | static DIRECTIONS BAR,BAR,… | go | excite noise|prbs|sweep|steps x|y|both RMS_A LOW:HIGH SECONDS [LINES] | quiet | read NAME | set NAME VALUE | save NAME | reset NAME";
+pub const WORDS: &str = "identify | status | take | release | start safe|monitor|cers|ldbb | stop | arm | clear | stream SECONDS | pressure PA | current A | circle MM_PER_MIN BAR,BAR,… [both] [down] | static DIRECTIONS BAR,BAR,… | go | excite noise|prbs|sweep|steps x|y|both RMS_A LOW:HIGH SECONDS [LINES] | quiet | read NAME | set NAME VALUE | save NAME | reset NAME";
 
 /// A line to a command.
 ///
@@ -42,6 +42,9 @@ fn read(line: &str) -> Result<Command, String> {
         ["stop"] => Command::Stop,
         ["arm"] => Command::Arm,
         ["clear"] => Command::Clear,
+        // The turn that is under way is filled in when it is sent.
+        ["take"] => Command::Take { turn: 0 },
+        ["release"] => Command::Release,
         ["heartbeat"] => Command::Heartbeat,
         ["start", name] => Command::Start(
             Mode::ALL
@@ -215,6 +218,12 @@ pub fn value(setting: &Setting, text: &str) -> Result<SettingValue, String> {
     match setting.kind {
         Kind::Real { .. } => text.parse().map(SettingValue::Real).ok(),
         Kind::Whole { .. } => text.parse().map(SettingValue::Whole).ok(),
+        Kind::Key => {
+            return Err(format!(
+                "{} is not typed: `rarma connect PORT --set-key FILE`",
+                setting.name
+            ));
+        }
     }
     .ok_or_else(|| {
         let (name, text) = (setting.name, OneLine(text));
@@ -227,6 +236,8 @@ pub fn shown(value: SettingValue) -> String {
     match value {
         SettingValue::Real(x) => format!("{x}"),
         SettingValue::Whole(n) => format!("{n}"),
+        SettingValue::Hidden(false) => "not set".to_owned(),
+        SettingValue::Hidden(true) | SettingValue::Key(_) => "set".to_owned(),
     }
 }
 
@@ -263,6 +274,7 @@ mod tests {
             ("start up", "is no mode"),
             ("set monitor.nothing 1", "monitor.threshold"),
             ("set tacho.pulses 1.5", "tacho.pulses"),
+            ("set link.key 00", "--set-key"),
             ("stream inf", "not a number"),
             ("", "is no command"),
             ("excite hum x 0.1 100:1000 5", "is no signal"),

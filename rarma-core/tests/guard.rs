@@ -3,8 +3,8 @@
 
 use proptest::prelude::*;
 use rarma_core::guard::{
-    CheckIns, Disobedience, Duty, Facts, FaultCode, FaultRecord, Follows, Heat, InARow, Mode,
-    Severity, Stage, Still, Supervisor,
+    CheckIns, Denial, Disobedience, Duty, Facts, FaultCode, FaultRecord, Follows, Heat, InARow,
+    Mode, Severity, Stage, Still, Supervisor,
 };
 
 #[derive(Debug, Clone)]
@@ -41,6 +41,8 @@ proptest! {
         let mut supervisor = Supervisor::new(None);
         let (mut now, mut heartbeat) = (1_000_000u64, None);
         let (mut enable, mut stop_chain) = (true, true);
+        // When it last tripped, and every millisecond in which the enable input was open.
+        let (mut tripped, mut open_ms) = (None, Vec::new());
         for event in events {
             match event {
                 Event::Start(mode) => { let _ = supervisor.start(mode); }
@@ -54,6 +56,7 @@ proptest! {
                     let record = FaultRecord { code, place: 0, value: 0.0, at_us: now };
                     let stage = supervisor.stage();
                     if supervisor.report(record) == Severity::Trip {
+                        if stage != Stage::Faulted { tripped = Some(now); }
                         prop_assert!(!supervisor.gate());
                         prop_assert_eq!(supervisor.stage(), Stage::Faulted);
                     } else {
@@ -63,8 +66,16 @@ proptest! {
                 Event::Ticks(n) => for _ in 0..n {
                     now += 1000;
                     let facts = Facts { now_us: now, enable, stop_chain, energised: supervisor.gate(), arrived: true, steady: true, exciting: false };
+                    let before = supervisor.stage();
                     let permission = supervisor.tick(&facts, &mut |_, _| {});
+                    let trips = before != Stage::Faulted && supervisor.stage() == Stage::Faulted;
+                    if trips || !stop_chain { tripped = Some(now); }
+                    if !enable { open_ms.push(now); }
                     if permission.gate {
+                        let released = tripped.is_none_or(|at| {
+                            open_ms.iter().filter(|ms| **ms >= at).count() >= 50
+                        });
+                        prop_assert!(released, "on again without a release of the enable input");
                         prop_assert!(supervisor.gate() && supervisor.mode().owns_outputs());
                         prop_assert!(enable && stop_chain && supervisor.fault().is_none());
                         prop_assert!(heartbeat.is_some_and(|at| now - at <= 500_000));
@@ -187,4 +198,103 @@ fn rows_of_bad_readings_and_still_codes() {
     let mut still = Still::default();
     let codes = [5, 5, 5, 6, 6, 6, 6].map(|c| still.still(c, 3));
     assert_eq!(codes, [false, false, false, false, false, false, true]);
+}
+
+/// A supervisor that has tripped, been cleared, and has everything for arming but the edge.
+fn tripped_and_cleared() -> (Supervisor, Facts) {
+    let mut s = Supervisor::new(None);
+    let facts = Facts {
+        now_us: 1_000_000,
+        enable: true,
+        stop_chain: true,
+        energised: false,
+        arrived: true,
+        steady: true,
+        exciting: false,
+    };
+    s.tick(&facts, &mut |_, _| {});
+    s.start(Mode::Cers).expect("off");
+    s.heartbeat(facts.now_us);
+    s.arm(facts.now_us).expect("a first time");
+    let record = FaultRecord {
+        code: FaultCode::OverCurrent,
+        place: 0,
+        value: 0.0,
+        at_us: facts.now_us,
+    };
+    assert_eq!(s.report(record), Severity::Trip);
+    s.clear(facts.now_us, false).expect("nothing stands");
+    (s, facts)
+}
+
+/// Holds the contacts for so many milliseconds.
+fn hold(s: &mut Supervisor, facts: &mut Facts, enable: bool, stop_chain: bool, ms: u64) {
+    (facts.enable, facts.stop_chain) = (enable, stop_chain);
+    for _ in 0..ms {
+        facts.now_us += 1000;
+        s.tick(facts, &mut |_, _| {});
+    }
+    s.heartbeat(facts.now_us);
+}
+
+#[test]
+fn after_a_trip_the_enable_input_counts_by_its_edge() {
+    // Open for so long, ms, then closed: only a hand counts, no bouncing contact.
+    for (open_ms, arms) in [
+        (0, false),
+        (1, false),
+        (49, false),
+        (52, true),
+        (5000, true),
+    ] {
+        let (mut s, mut facts) = tripped_and_cleared();
+        hold(&mut s, &mut facts, true, true, 200);
+        hold(&mut s, &mut facts, false, true, open_ms);
+        hold(&mut s, &mut facts, true, true, 2);
+        let expected = if arms {
+            Ok(())
+        } else {
+            Err(Denial::EnableHeld)
+        };
+        assert_eq!(s.arm(facts.now_us), expected, "open for {open_ms} ms");
+    }
+    // A release while the emergency stop is pressed is none.
+    let (mut s, mut facts) = tripped_and_cleared();
+    hold(&mut s, &mut facts, false, false, 100);
+    hold(&mut s, &mut facts, true, true, 10);
+    s.clear(facts.now_us, false).expect("the chain is closed");
+    assert_eq!(s.arm(facts.now_us), Err(Denial::EnableHeld));
+    // Neither is one before the trip.
+    let (mut s, mut facts) = tripped_and_cleared();
+    hold(&mut s, &mut facts, false, true, 100);
+    hold(&mut s, &mut facts, true, true, 10);
+    s.arm(facts.now_us).expect("pressed again");
+    s.stop(facts.now_us);
+    s.arm(facts.now_us).expect("a stop is no trip");
+    hold(&mut s, &mut facts, false, true, 1);
+    assert_eq!(s.fault().map(|f| f.code), Some(FaultCode::EnableLost));
+    hold(&mut s, &mut facts, true, true, 10);
+    s.clear(facts.now_us, false).expect("nothing stands");
+    assert_eq!(s.arm(facts.now_us), Err(Denial::EnableHeld));
+    // What a reset has left behind is a trip, too; taking over what is on asks for a hand.
+    let record = s.fault().unwrap_or(FaultRecord {
+        code: FaultCode::Watchdog,
+        place: 0,
+        value: 0.0,
+        at_us: 0,
+    });
+    assert!(Supervisor::new(Some(record)).press_again());
+    assert!(!Supervisor::new(None).press_again());
+}
+
+#[test]
+fn handing_over_lets_down_what_is_on_and_asks_for_a_hand() {
+    let (mut s, mut facts) = tripped_and_cleared();
+    hold(&mut s, &mut facts, false, true, 100);
+    hold(&mut s, &mut facts, true, true, 10);
+    s.hand_over(facts.now_us);
+    assert!(!s.press_again(), "nothing was on");
+    s.arm(facts.now_us).expect("pressed again");
+    s.hand_over(facts.now_us);
+    assert_eq!((s.stage(), s.press_again()), (Stage::Off, true));
 }

@@ -59,6 +59,17 @@ pub struct Contacts {
     pub stop_chain: bool,
 }
 
+/// Where the bytes of the host come from.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Origin {
+    /// The port at the box itself: whoever speaks there stands beside it, or has put a
+    /// program there.
+    #[default]
+    OwnPort,
+    /// A network, or anything that others can reach.
+    Network,
+}
+
 /// What the lights show.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Lights {
@@ -177,8 +188,8 @@ pub trait BoxBoard: Emergency {
     fn kept(&mut self) -> [u8; KEPT_BYTES];
 
     /// A number for this moment: not the same in two runs of the box, and not to be foreseen.
-    /// It names the run, so that nothing said in another one counts in this. Asked for a few
-    /// times in a run at most; may take a millisecond. How good it is stands with the board.
+    /// It names the run, and each turn of control in it, so that nothing said in another one
+    /// counts in this. May take a millisecond. How good it is stands with the board.
     fn entropy(&mut self) -> u32;
 
     /// The flash and the addresses of it that are the settings': a whole number of
@@ -197,6 +208,10 @@ pub trait BoxBoard: Emergency {
     /// # Errors
     /// The link is down.
     fn receive(&mut self, bytes: &mut [u8]) -> Result<usize, Self::Error>;
+
+    /// Where those bytes come from. A board that cannot tell one link from another says
+    /// [`Origin::Network`] if any of them is one.
+    fn origin(&mut self) -> Origin;
 
     /// Sends a frame, whole or not at all. Does not wait: the board keeps it until it is
     /// out.

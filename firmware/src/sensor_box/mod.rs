@@ -18,6 +18,7 @@ pub use start::Opening;
 
 use crate::board::BoxBoard;
 use crate::commands::Commands;
+use crate::control::Control;
 use crate::listen::{self, Listening};
 use crate::rig::RigDuty;
 use crate::rig::RigPlan;
@@ -29,7 +30,7 @@ use rarma_core::guard::{
     Stage, Supervisor,
 };
 use rarma_core::settings::{CERS_ORDER, Settings};
-use rarma_core::wire::{Refused, Started};
+use rarma_core::wire::{Handed, NOBODY, Refused, Started};
 
 /// One pass of the supervisor, µs.
 const TICK_US: u64 = 1_000;
@@ -42,6 +43,7 @@ pub struct SensorBox {
     pub(crate) listening: Listening,
     pub(crate) rig: RigDuty,
     pub(crate) tell: Teller,
+    pub(crate) control: Control,
     pub(crate) started: Started,
     pub(crate) before: Option<FaultRecord>,
     pub(crate) loop_hz: f64,
@@ -114,6 +116,10 @@ impl SensorBox {
         }
         self.tell
             .fault(board, record, severity, self.supervisor.mode());
+        if severity == Severity::Trip && record.code == FaultCode::HeartbeatLost {
+            // What it may still send, once it is heard again, is of another time.
+            self.hand_over(board, NOBODY, Handed::HostLost, record.at_us);
+        }
     }
 
     /// Starts a mode and what belongs to it.

@@ -59,6 +59,8 @@ impl SensorBox {
             gauge_m: self.state.gauge_m,
             supply_v: self.state.supply_v,
             limiting: report.limiting,
+            press_again: self.supervisor.press_again(),
+            control: self.control_message(),
         };
         self.tell.tell(board, &Telemetry::Status(status));
     }

@@ -3,6 +3,7 @@
 use super::SensorBox;
 use crate::board::{BoxBoard, ResetCause};
 use crate::commands::Commands;
+use crate::control::{Control, other_than};
 use crate::listen::Listening;
 use crate::rig::{RigDuty, RigPlan};
 use crate::store::{self, Loaded};
@@ -12,7 +13,7 @@ use rarma_core::guard::{
     Supervisor,
 };
 use rarma_core::settings::{BOX_START, Settings};
-use rarma_core::wire::{NO_SESSION, Started, Telemetry};
+use rarma_core::wire::{NO_SESSION, NOBODY, Started, Telemetry};
 
 /// What a start has found, to be said once the box is in its place.
 #[derive(Debug, Clone, Copy)]
@@ -46,7 +47,8 @@ impl SensorBox {
             supervisor: Supervisor::new(past),
             listening: Listening::new(B::SAMPLE_RATE_HZ),
             rig: RigDuty::new(plan),
-            tell: Teller::new(session(board)),
+            tell: Teller::new(other_than(NO_SESSION, board.entropy())),
+            control: Control::new(other_than(NOBODY, board.entropy())),
             commands: Commands::default(),
             watch: RigWatch::default(),
             check_ins: CheckIns::new(now_us),
@@ -99,14 +101,6 @@ impl SensorBox {
                 now_us,
             );
         }
-    }
-}
-
-/// The number of this run; never that of no session.
-fn session<B: BoxBoard>(board: &mut B) -> u32 {
-    match board.entropy() {
-        NO_SESSION => 1,
-        drawn => drawn,
     }
 }
 

@@ -1,5 +1,6 @@
 //! A byte link that drops, doubles, changes and blocks.
 
+use firmware::board::Origin;
 use rand::Rng;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -35,6 +36,8 @@ pub struct RigLink {
     pub burst: Option<Noise>,
     /// Probability that a whole frame to the host is lost.
     pub frame_loss: f64,
+    /// Where the host is.
+    pub origin: Origin,
     /// Bytes waiting for the host before the box's frames are refused.
     pub room: usize,
     /// Frames handed over by the box, and of them lost whole.
@@ -53,6 +56,7 @@ impl RigLink {
             noise: Noise::default(),
             burst: None,
             frame_loss: 0.0,
+            origin: Origin::OwnPort,
             room: 1 << 16,
             frames: 0,
             frames_lost: 0,

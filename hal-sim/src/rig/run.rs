@@ -23,15 +23,23 @@ pub struct SimBox {
 }
 
 impl SimBox {
-    /// Power comes on.
-    pub fn new(mut rig: SimRig) -> Self {
+    /// Power comes on, and the host takes control.
+    pub fn new(rig: SimRig) -> Self {
+        let mut this = Self::unattended(rig);
+        this.host.greet(this.rig.link.waiting_for_host());
+        let bytes = this.host.by_itself(0);
+        this.rig.link.host_sends(&bytes);
+        this.app.poll(&mut this.rig);
+        this.host.greet(this.rig.link.waiting_for_host());
+        this
+    }
+
+    /// Power comes on, and nobody has said anything yet.
+    pub fn unattended(mut rig: SimRig) -> Self {
         let app = SensorBox::start(&mut rig);
-        // Whoever is at the other end has heard the box start.
-        let mut host = SimHost::default();
-        host.greet(rig.link.waiting_for_host());
         Self {
             rig,
-            host,
+            host: SimHost::default(),
             app,
             resets: 0,
         }
@@ -47,9 +55,8 @@ impl SimBox {
     /// [`Self::step`], and the bytes that came to the host in it.
     pub fn step_and_take(&mut self) -> Vec<u8> {
         let now_us = self.rig.world_us();
-        if self.rig.stands(FaultKind::HeartbeatLost).is_none()
-            && let Some(bytes) = self.host.heartbeat(now_us)
-        {
+        if self.rig.stands(FaultKind::HeartbeatLost).is_none() {
+            let bytes = self.host.by_itself(now_us);
             self.rig.link.host_sends(&bytes);
         }
         let noisy = self.rig.stands(FaultKind::LinkNoisy).is_some();

@@ -17,9 +17,12 @@ pub struct BoxArgs {
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
     /// Serve the box on a socket in real time, for `rarma connect tcp:HOST:PORT`, in place of
-    /// the scenario's own host.
+    /// the scenario's own host. It is a network: only hosts with the key may change anything.
     #[arg(long, value_name = "HOST:PORT")]
     pub listen: Option<String>,
+    /// The box has the key in this file, 64 hexadecimal digits.
+    #[arg(long, value_name = "FILE", requires = "listen")]
+    pub key: Option<PathBuf>,
     /// One JSON object a message on standard output, and a summary last.
     #[arg(long)]
     pub json: bool,
@@ -80,9 +83,16 @@ pub struct ConnectArgs {
     /// Go after so many seconds.
     #[arg(long, value_name = "SECONDS")]
     pub seconds: Option<f64>,
-    /// Do not send heartbeats: look on only. Outputs that need them go off.
+    /// Look on: do not take control where nobody has it.
     #[arg(long)]
     pub look: bool,
+    /// Seal what is said with the key in this file, 64 hexadecimal digits.
+    #[arg(long, value_name = "FILE")]
+    pub key: Option<PathBuf>,
+    /// Give the box the key in this file, at its own port, and go; `none` removes it. Where
+    /// there is one, --key is the old one, or somebody holds the emergency stop pressed.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["settings", "say", "look", "json", "seconds"])]
+    pub set_key: Option<PathBuf>,
     /// One JSON object a message on standard output.
     #[arg(long)]
     pub json: bool,

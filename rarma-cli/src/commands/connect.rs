@@ -1,25 +1,26 @@
 //! `rarma connect`: a box on a wire, live.
 
+mod talk;
+
+use self::talk::Talk;
 use crate::args::ConnectArgs;
 use crate::failure::Failure;
-use crate::frames::{FrameReader, fault_words, to_json, words};
+use crate::frames::{FrameReader, control_words, fault_words, to_json, words};
+use crate::key;
 use crate::output::{RecordFile, stdout};
 use crate::port::Port;
 use crate::speech;
 use console::Term;
 use rarma_core::settings::SETTINGS;
-use rarma_core::wire::{
-    Answer, Command, Head, MAX_FRAME, NO_SESSION, Status, Telemetry, Verdict, encode,
-};
+use rarma_core::wire::{Answer, Command, Status, Telemetry, Verdict};
 use std::collections::VecDeque;
 use std::io::{self, BufRead, IsTerminal};
 use std::sync::mpsc::{self, Receiver, TryRecvError};
 use std::time::{Duration, Instant};
 
-const HEARTBEAT: Duration = Duration::from_millis(100);
 const REDRAW: Duration = Duration::from_millis(200);
-/// An answer that has not come after this long does not come.
-const ANSWER: Duration = Duration::from_secs(2);
+/// The box's answer to the last word of all is waited for so long.
+const PARTING: Duration = Duration::from_millis(300);
 /// Levels in the trend.
 const TREND: usize = 48;
 /// Lines of events kept on the screen.
@@ -30,6 +31,7 @@ pub(super) fn main(args: &ConnectArgs) -> Result<u8, Failure> {
     for line in &args.say {
         first.push(speech::command(line).map_err(|why| Failure::Usage(format!("--say: {why}")))?);
     }
+    let key = args.key.as_deref().map(key::read).transpose()?;
     let port = Port::open(&args.port, args.baud)?;
     if !port.answers() {
         return Err(Failure::Usage(format!(
@@ -37,111 +39,37 @@ pub(super) fn main(args: &ConnectArgs) -> Result<u8, Failure> {
             args.port
         )));
     }
-    let mut talk = Talk {
-        port,
-        reader: FrameReader::default(),
-        record: args.record.as_deref().map(RecordFile::open).transpose()?,
-        session: NO_SESSION,
-        sequence: 0,
-        waiting: Vec::new(),
-    };
-    // Ends whatever half frame the line still holds.
-    talk.port.send(&[0])?;
+    let record = args.record.as_deref().map(RecordFile::open).transpose()?;
+    let mut talk = Talk::new(port, record, key);
+    talk.end_frame()?;
     if args.settings {
         return settings(&mut talk);
+    }
+    if let Some(file) = &args.set_key {
+        let none = file.as_os_str() == "none";
+        talk.set_key((!none).then(|| key::read(file)).transpose()?)?;
+        say!(
+            "{}: key {}",
+            args.port,
+            if none { "removed" } else { "set and kept" }
+        );
+        return Ok(0);
     }
     live(&mut talk, args, &first)
 }
 
-struct Talk {
-    port: Port,
-    reader: FrameReader,
-    record: Option<RecordFile>,
-    /// The run of the box that commands are made for: that of the last frame.
-    session: u32,
-    sequence: u32,
-    waiting: Vec<(u32, Command, Instant)>,
-}
-
-impl Talk {
-    fn ask(&mut self, command: Command) -> Result<(), Failure> {
-        let mut buffer = [0; MAX_FRAME];
-        let frame = encode(&command, self.session, self.sequence, &mut buffer)
-            .map_err(|why| Failure::System(format!("a command cannot be sent: {why:?}")))?;
-        self.port.send(frame)?;
-        if command != Command::Heartbeat {
-            self.waiting.push((self.sequence, command, Instant::now()));
-        }
-        self.sequence = self.sequence.wrapping_add(1);
-        Ok(())
-    }
-
-    /// What has come; false once the box is gone.
-    fn listen(&mut self, mut with: impl FnMut(Head, Telemetry)) -> Result<bool, Failure> {
-        let mut bytes = [0; 4096];
-        let Some(n) = self.port.read(&mut bytes)? else {
-            return Ok(true);
-        };
-        let came = bytes.get(..n).unwrap_or_default();
-        if let Some(file) = &mut self.record {
-            file.write(came)?;
-        }
-        let (waiting, session) = (&mut self.waiting, &mut self.session);
-        self.reader.take(came, |head, message| {
-            *session = head.session;
-            if let Telemetry::Reply(reply) = &message {
-                waiting.retain(|(to, ..)| *to != reply.to);
-            }
-            with(head, message);
-        });
-        Ok(n > 0)
-    }
-
-    /// Commands without an answer after [`ANSWER`].
-    fn unanswered(&mut self) -> Vec<Command> {
-        let late = |(_, command, at): &(u32, Command, Instant)| {
-            (at.elapsed() > ANSWER).then_some(*command)
-        };
-        let lost = self.waiting.iter().filter_map(late).collect();
-        self.waiting.retain(|(.., at)| at.elapsed() <= ANSWER);
-        lost
-    }
-}
-
 fn settings(talk: &mut Talk) -> Result<u8, Failure> {
-    let mut found = vec![None; SETTINGS.len()];
     // Whatever the box says names the session that the questions are for.
-    talk.ask(Command::Identify)?;
-    let asked = Instant::now();
-    while talk.session == NO_SESSION && asked.elapsed() < ANSWER && talk.listen(|_, _| {})? {}
-    for (k, setting) in SETTINGS.iter().enumerate() {
-        // Asked three times: a link may lose a frame.
-        for _ in 0..3 {
-            talk.ask(Command::Read {
-                setting: setting.number,
-            })?;
-            let asked = Instant::now();
-            while found[k].is_none() && asked.elapsed() < ANSWER / 4 {
-                let here = talk.listen(|_, message| {
-                    if let Telemetry::Reply(reply) = message
-                        && let Answer::Setting(s) = reply.answer
-                        && s.setting == setting.number
-                    {
-                        found[k] = Some(s);
-                    }
-                })?;
-                if !here {
-                    return Err(talk.port.closed());
-                }
-            }
-            if found[k].is_some() {
-                break;
-            }
-        }
-        let Some(s) = found[k] else {
+    talk.answer(Command::Identify)?;
+    for setting in &SETTINGS {
+        let answer = talk.answer(Command::Read {
+            setting: setting.number,
+        })?;
+        let Answer::Setting(s) = answer else {
             return Err(Failure::System(format!(
-                "the box does not answer for {} (is it one, and the baud rate right?)",
-                setting.name
+                "the box does not tell {}: {}",
+                setting.name,
+                crate::frames::answer_words(&answer)
             )));
         };
         let stored = s.stored.map_or("-".to_owned(), speech::shown);
@@ -161,8 +89,10 @@ fn live(talk: &mut Talk, args: &ConnectArgs, first: &[Command]) -> Result<u8, Fa
     let mut view = View::new(!args.json && io::stdout().is_terminal());
     talk.ask(Command::Identify)?;
     let begun = Instant::now();
-    let (mut beat, mut drawn) = (Instant::now() - HEARTBEAT, Instant::now());
+    let mut drawn = Instant::now();
     let mut first = first.iter();
+    // A host that does not only look takes control where nobody has it, once.
+    let mut takes = !args.look;
     loop {
         if args
             .seconds
@@ -170,12 +100,20 @@ fn live(talk: &mut Talk, args: &ConnectArgs, first: &[Command]) -> Result<u8, Fa
         {
             break;
         }
-        if !args.look && beat.elapsed() >= HEARTBEAT {
-            beat = Instant::now();
-            talk.ask(Command::Heartbeat)?;
+        talk.keep_on()?;
+        if takes && let Some(control) = talk.speaker.control() {
+            takes = false;
+            if talk.speaker.is_free() {
+                talk.ask(Command::Take { turn: control.turn })?;
+            } else {
+                view.event(format!(
+                    "host {:08x} is in control; `take` takes it, outputs that are on go down",
+                    control.by
+                ));
+            }
         }
         // One at a time, in order, each after the answer to the last.
-        if talk.waiting.is_empty()
+        if talk.is_answered()
             && let Some(command) = first.next()
         {
             talk.ask(*command)?;
@@ -204,11 +142,15 @@ fn live(talk: &mut Talk, args: &ConnectArgs, first: &[Command]) -> Result<u8, Fa
         for command in talk.unanswered() {
             view.event(format!("no answer to {command:?}"));
         }
+        for news in talk.news.drain(..) {
+            view.event(news);
+        }
         if drawn.elapsed() >= REDRAW {
             drawn = Instant::now();
             view.draw(&talk.reader)?;
         }
     }
+    part(talk)?;
     talk.record.take().map_or(Ok(()), RecordFile::end)?;
     if let Some(losses) = talk.reader.losses() {
         eprintln!("{}: {losses}", args.port);
@@ -220,6 +162,21 @@ fn live(talk: &mut Talk, args: &ConnectArgs, first: &[Command]) -> Result<u8, Fa
         )));
     }
     Ok(0)
+}
+
+/// Whoever goes gives control up: outputs that are on go down in order, and the next host
+/// finds the box free.
+fn part(talk: &mut Talk) -> Result<(), Failure> {
+    if !talk.speaker.in_control() || talk.ask(Command::Release).is_err() {
+        return Ok(());
+    }
+    let asked = Instant::now();
+    while !talk.is_answered() && asked.elapsed() < PARTING {
+        if !talk.listen(|_, _| {}).unwrap_or(false) {
+            break;
+        }
+    }
+    Ok(())
 }
 
 fn typed_lines() -> Receiver<String> {
@@ -315,6 +272,7 @@ impl View {
                 ),
                 None => "no fault".to_owned(),
             });
+            lines.push(control_words(&s.control));
         }
         if let Some(v) = &self.verdict {
             lines.push(format!(

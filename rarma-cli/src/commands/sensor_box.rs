@@ -1,11 +1,14 @@
 //! `rarma box`: the whole firmware on simulated hardware.
 
 use crate::args::BoxArgs;
+use crate::bridge::Bridge;
 use crate::failure::Failure;
 use crate::frames::{FrameReader, to_json, words};
+use crate::key;
 use crate::output::{RecordFile, stdout};
 use crate::scenario::{self, AtWork, BOX_SHIPPED, SHIPPED};
 use crate::speech;
+use firmware::board::Origin;
 use hal_sim::exciter::calibrated;
 use hal_sim::plant::cers::ExciterConfig;
 use hal_sim::plant::cut::VirtualCut;
@@ -15,10 +18,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rarma_core::cers::Geometry;
 use rarma_core::guard::Severity;
-use rarma_core::wire::{Answer, Command, Telemetry};
+use rarma_core::settings::{LINK_KEY, SettingValue};
+use rarma_core::wire::{Answer, Command, LinkKey, Telemetry};
 use serde_json::json;
-use std::io::{self, Read, Write};
-use std::net::{TcpListener, TcpStream};
 use std::time::{Duration, Instant};
 
 /// The box is stepped on for this long between two looks at a socket, µs.
@@ -61,21 +63,47 @@ pub(super) fn main(args: &BoxArgs) -> Result<u8, Failure> {
     }
     let name = args.sim.as_deref().unwrap_or_default();
     let at_work = scenario::load_box(name, args.seed)?;
+    let key = args.key.as_deref().map(key::read).transpose()?;
     let mut rig = rig(&at_work)?;
-    if args.listen.is_some() {
-        // Other hosts than the scenario's own: they are not to know the session beforehand.
-        rig.draws = rand::random();
-    }
-    let mut all = SimBox::new(rig);
-    all.rig.link.noise = at_work.noise;
-    all.rig.link.frame_loss = at_work.frame_loss;
     // The address first: a record is not touched for a box that cannot be served.
-    let listener = args.listen.as_deref().map(listen).transpose()?;
+    let bridge = args.listen.as_deref().map(Bridge::open).transpose()?;
     let record = args.record.as_deref().map(RecordFile::open).transpose()?;
-    match listener {
-        Some(listener) => serve(&mut all, &at_work, &listener, record),
-        None => play(&mut all, &at_work, args.json, record),
+    // The scenario's own host is at the box's own port.
+    let with_noise = |mut all: SimBox| {
+        all.rig.link.noise = at_work.noise;
+        all.rig.link.frame_loss = at_work.frame_loss;
+        all
+    };
+    match bridge {
+        Some(bridge) => {
+            // Hosts that come over a network are not to know the session beforehand.
+            rig.draws = rand::random();
+            serve(&mut with_noise(served(rig, key)), &at_work, bridge, record)
+        }
+        None => {
+            let mut all = with_noise(SimBox::new(rig));
+            play(&mut all, &at_work, args.json, record)
+        }
     }
+}
+
+/// A box on a network, with its key set at its own port before that.
+fn served(rig: SimRig, key: Option<LinkKey>) -> SimBox {
+    let mut all = SimBox::new(rig);
+    if let Some(key) = key {
+        let setting = LINK_KEY.number();
+        let value = SettingValue::Key(key);
+        all.send(&Command::Set { setting, value });
+        all.host.speaker.set_key(Some(key));
+        all.send(&Command::Save { setting });
+    }
+    all.send(&Command::Release);
+    all.host.takes_control = false;
+    all.host.heartbeat_us = None;
+    all.host.keep_all = false;
+    all.run_for(0.01);
+    all.rig.link.origin = Origin::Network;
+    all
 }
 
 /// The exciter's plant without its ripple, which takes most of the time.
@@ -243,64 +271,30 @@ fn shown(message: &Telemetry, last_status: &mut String) -> Option<String> {
     }
 }
 
-fn listen(address: &str) -> Result<TcpListener, Failure> {
-    let listener = TcpListener::bind(address)
-        .map_err(|why| Failure::Usage(format!("--listen {address}: {why}")))?;
-    listener.set_nonblocking(true)?;
-    Ok(listener)
-}
-
-/// The box in real time on a socket, one host after the other.
+/// The box in real time on a socket.
 fn serve(
     all: &mut SimBox,
     at_work: &AtWork,
-    listener: &TcpListener,
+    mut bridge: Bridge,
     mut record: Option<RecordFile>,
 ) -> Result<u8, Failure> {
-    say!("{}: listening on {}", at_work.name, listener.local_addr()?);
-    all.host.heartbeat_us = None;
-    all.host.keep_all = false;
+    say!("{}: listening on {}", at_work.name, bridge.address()?);
+    stdout::check()?;
     let begun = Instant::now();
-    let mut host: Option<TcpStream> = None;
     let end_us = (1e6 * at_work.duration_s) as u64;
     while all.rig.world_us() < end_us {
-        if let Ok((socket, _)) = listener.accept() {
-            socket.set_nonblocking(true)?;
-            socket.set_nodelay(true)?;
-            host = Some(socket);
-        }
         let until = all.rig.world_us() + SLICE_US;
         while all.rig.world_us() < until {
             let bytes = all.step_and_take();
             if let Some(file) = record.as_mut() {
                 file.write(&bytes)?;
             }
-            if let Some(socket) = &mut host
-                && gone(socket.write_all(&bytes))
-            {
-                host = None;
-            }
+            bridge.say(&bytes);
         }
-        let mut bytes = [0; 1024];
-        if let Some(socket) = &mut host {
-            match socket.read(&mut bytes) {
-                Ok(0) => host = None,
-                Ok(n) => all.rig.link.host_sends(&bytes[..n]),
-                Err(why) => {
-                    if gone::<()>(Err(why)) {
-                        host = None;
-                    }
-                }
-            }
-        }
+        bridge.hear(|frame| all.rig.link.host_sends(frame));
         let ahead = Duration::from_micros(all.rig.world_us()).saturating_sub(begun.elapsed());
         std::thread::sleep(ahead);
     }
     record.map_or(Ok(()), RecordFile::end)?;
     Ok(0)
-}
-
-/// A host that is slow loses bytes, one that is gone is let go.
-fn gone<T>(result: io::Result<T>) -> bool {
-    result.is_err_and(|why| why.kind() != io::ErrorKind::WouldBlock)
 }

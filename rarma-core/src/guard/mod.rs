@@ -14,5 +14,7 @@ pub use duties::{CheckIns, Duty};
 pub use fault::{Class, FaultCode, FaultRecord, KEPT_BYTES, Severity};
 pub use mode::{Mode, Stage};
 pub use rig::{GAP_TRIP, GAP_WARN, RigCodes, RigCoils, RigLimits, RigSeen, RigState, RigWatch};
-pub use supervisor::{CALIBRATION_US, Denial, Facts, PRECHARGE_US, Permission, Supervisor};
+pub use supervisor::{
+    CALIBRATION_US, Denial, Facts, PRECHARGE_US, Permission, RELEASED_US, Supervisor,
+};
 pub use watch::{Disobedience, Follows, Heat, InARow, Steady, Still, thermistor_k};

@@ -5,6 +5,9 @@
 //! Ready <--signal--> Exciting,   either --stop--> Stopping --> Off
 //!   any of them --trip--> Faulted --clear, causes gone--> Off
 //! ```
+//! After a trip the enable input has to be released and pressed again: its level allows
+//! outputs to stay on, only its edge allows them to come back.
+//!
 //! Rate: once a millisecond, and at every command. The answer of [`Supervisor::tick`] is the
 //! only permission there is: nothing else in the box closes the output gate.
 
@@ -32,6 +35,9 @@ pub enum Denial {
     FaultStands,
     /// The enable input is open.
     EnableOpen,
+    /// The enable input has been closed since before the last trip or handing over of control:
+    /// release it and press it again.
+    EnableHeld,
     /// The emergency-stop chain is open.
     StopChainOpen,
     /// The host has sent no heartbeat lately.
@@ -75,6 +81,10 @@ pub struct Permission {
 /// The gate's read-back may lag behind the order by this, µs.
 const GATE_LAG_US: u64 = 3_000;
 
+/// The enable input is open for so long, µs, before it counts as released: a loose contact
+/// or a relay that bounces is no hand.
+pub const RELEASED_US: u64 = 50_000;
+
 /// See the module.
 #[derive(Debug, Clone)]
 pub struct Supervisor {
@@ -87,6 +97,8 @@ pub struct Supervisor {
     heartbeat_limit_us: u64,
     fault: Option<FaultRecord>,
     contacts: (bool, bool),
+    press_again: bool,
+    open_since_us: Option<u64>,
 }
 
 impl Supervisor {
@@ -107,6 +119,8 @@ impl Supervisor {
             heartbeat_limit_us: 500_000,
             fault: past,
             contacts: (false, false),
+            press_again: past.is_some(),
+            open_since_us: None,
         }
     }
 
@@ -155,6 +169,26 @@ impl Supervisor {
         Ok(())
     }
 
+    /// The enable input has to be released and pressed before outputs can be armed: there has
+    /// been a trip since it was pressed, or control has changed hands over outputs that were on.
+    pub fn press_again(&self) -> bool {
+        self.press_again
+    }
+
+    /// Whoever had control has it no more: lets outputs that are in use down in order. Whoever
+    /// stands at the machine has to agree again before the next arming.
+    pub fn hand_over(&mut self, now_us: u64) {
+        if self.stage.in_use() {
+            self.want_press();
+            self.stop(now_us);
+        }
+    }
+
+    fn want_press(&mut self) {
+        self.press_again = true;
+        self.open_since_us = None;
+    }
+
     /// Arms the outputs of the mode.
     ///
     /// # Errors
@@ -174,6 +208,9 @@ impl Supervisor {
         }
         if !enable {
             return Err(Denial::EnableOpen);
+        }
+        if self.press_again {
+            return Err(Denial::EnableHeld);
         }
         if !self.heard(now_us) {
             return Err(Denial::NoHeartbeat);
@@ -223,6 +260,7 @@ impl Supervisor {
                 self.gate = false;
                 self.gate_since_us = record.at_us;
                 if self.stage != Stage::Faulted {
+                    self.want_press();
                     self.go(Stage::Faulted, record.at_us);
                 }
                 Severity::Trip
@@ -272,6 +310,7 @@ impl Supervisor {
                 wrong(self, FaultCode::HeartbeatLost, age as f32 * 1e-6);
             }
         }
+        self.look_at_enable(facts);
         let settled = now.saturating_sub(self.gate_since_us) > GATE_LAG_US;
         if settled
             && facts.energised != self.gate
@@ -301,6 +340,19 @@ impl Supervisor {
             gate,
             calibrate: self.stage == Stage::Calibrating,
             rise: matches!(self.stage, Stage::Ramping | Stage::Ready | Stage::Exciting),
+        }
+    }
+
+    /// A release and a press after it, both with the emergency-stop chain closed.
+    fn look_at_enable(&mut self, facts: &Facts) {
+        if !facts.stop_chain {
+            self.want_press();
+        } else if !facts.enable {
+            self.open_since_us = self.open_since_us.or(Some(facts.now_us));
+        } else if let Some(since_us) = self.open_since_us.take()
+            && facts.now_us.saturating_sub(since_us) >= RELEASED_US
+        {
+            self.press_again = false;
         }
     }
 

@@ -7,10 +7,11 @@ mod stored;
 mod table;
 mod value;
 
+use crate::wire::LinkKey;
 pub use page::{markdown, write_schema};
 pub use stored::{RECORD_BYTES, RecordError, from_record, to_record};
 pub use table::*;
-pub use value::{Key, Kind, Real, Setting, SettingError, SettingValue, Takes, Whole};
+pub use value::{Key, Kind, Real, Secret, Setting, SettingError, SettingValue, Takes, Whole};
 
 /// Version of the table as a whole, told by `identify`.
 pub const SCHEMA_VERSION: u8 = 1;
@@ -20,16 +21,22 @@ pub const COUNT: usize = SETTINGS.len();
 /// The values in force.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    values: [SettingValue; COUNT],
+    /// Bits of each value in the order of the table; its kind is the table's.
+    values: [u32; COUNT],
+    key: Option<LinkKey>,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        let mut values = [SettingValue::Whole(0); COUNT];
+        let mut values = [0; COUNT];
         for (value, setting) in values.iter_mut().zip(&SETTINGS) {
-            *value = setting.default_value();
+            *value = match setting.kind {
+                Kind::Real { default, .. } => default.to_bits(),
+                Kind::Whole { default, .. } => default,
+                Kind::Key => 0,
+            };
         }
-        Self { values }
+        Self { values, key: None }
     }
 }
 
@@ -44,24 +51,40 @@ pub fn find(number: u16) -> Option<(usize, &'static Setting)> {
 impl Settings {
     /// A quantity.
     pub fn real(&self, key: Key<Real>) -> f32 {
-        match self.values.get(key.place()) {
-            Some(SettingValue::Real(x)) => *x,
-            // A key of this kind stands at a value of this kind: the table made both.
-            _ => 0.0,
-        }
+        f32::from_bits(self.bits(key.place()))
     }
 
     /// A count or a choice.
     pub fn whole(&self, key: Key<Whole>) -> u32 {
-        match self.values.get(key.place()) {
-            Some(SettingValue::Whole(n)) => *n,
-            _ => 0,
-        }
+        self.bits(key.place())
     }
 
-    /// The value of a number.
+    /// The key of the link, for the box itself.
+    pub fn link_key(&self) -> Option<&LinkKey> {
+        self.key.as_ref()
+    }
+
+    fn bits(&self, place: usize) -> u32 {
+        // A key of the table stands in the table.
+        self.values.get(place).copied().unwrap_or(0)
+    }
+
+    /// The value of a number, as it may be shown.
     pub fn get(&self, number: u16) -> Option<SettingValue> {
-        find(number).and_then(|(place, _)| self.values.get(place).copied())
+        let (place, setting) = find(number)?;
+        Some(match setting.kind {
+            Kind::Real { .. } => SettingValue::Real(f32::from_bits(self.bits(place))),
+            Kind::Whole { .. } => SettingValue::Whole(self.bits(place)),
+            Kind::Key => SettingValue::Hidden(self.key.is_some()),
+        })
+    }
+
+    /// The value of a number, as it is stored; none for a key that is not set.
+    pub fn to_store(&self, number: u16) -> Option<SettingValue> {
+        match self.get(number)? {
+            SettingValue::Hidden(_) => self.key.map(SettingValue::Key),
+            shown => Some(shown),
+        }
     }
 
     /// Sets one value; in force until the next reset, unless it is saved.
@@ -71,8 +94,20 @@ impl Settings {
     pub fn set(&mut self, number: u16, value: SettingValue) -> Result<(), SettingError> {
         let (place, setting) = find(number).ok_or(SettingError::Unknown)?;
         setting.check(value)?;
+        let bits = match value {
+            SettingValue::Real(x) => x.to_bits(),
+            SettingValue::Whole(n) => n,
+            SettingValue::Key(key) => {
+                self.key = Some(key);
+                return Ok(());
+            }
+            SettingValue::Hidden(_) => {
+                self.key = None;
+                return Ok(());
+            }
+        };
         if let Some(there) = self.values.get_mut(place) {
-            *there = value;
+            *there = bits;
         }
         Ok(())
     }

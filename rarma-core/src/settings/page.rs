@@ -21,6 +21,7 @@ pub fn markdown(out: &mut impl Write) -> fmt::Result {
             Kind::Whole { low, high, default } => {
                 write!(out, "{low} to {high}, whole | {default}")?
             }
+            Kind::Key => write!(out, "64 hexadecimal digits | none")?,
         }
         writeln!(out, " | {} | {} |", s.effect, s.takes.words())?;
     }
@@ -48,6 +49,10 @@ pub fn write_schema(out: &mut impl Write) -> fmt::Result {
             Kind::Whole { low, high, default } => write!(
                 out,
                 "\"type\":\"integer\",\"minimum\":{low},\"maximum\":{high},\"default\":{default}"
+            )?,
+            Kind::Key => write!(
+                out,
+                "\"type\":\"string\",\"pattern\":\"^[0-9a-f]{{64}}$\",\"writeOnly\":true"
             )?,
         }
         write!(

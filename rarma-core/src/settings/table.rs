@@ -4,7 +4,7 @@
 //! programs. A number is never used again for something else. `version` counts the
 //! meanings a setting has had: a stored record of another one is not read.
 
-use super::value::{Key, Kind, Real, Setting, Takes, Whole};
+use super::value::{Key, Kind, Real, Secret, Setting, Takes, Whole};
 
 macro_rules! kind {
     (Real, $low:expr, $high:expr, $default:expr) => {
@@ -20,6 +20,9 @@ macro_rules! kind {
             high: $high,
             default: $default,
         }
+    };
+    (Secret, $low:expr, $high:expr, $default:expr) => {
+        Kind::Key
     };
 }
 
@@ -197,4 +200,7 @@ table! {
         "δ of the magnet −Y";
     111 CERS_KNEE_YM: Real "cers.knee-ym", "A/m", 1.0, 1e7, 1.91e4, NextArm,
         "h of the magnet −Y";
+
+    120 LINK_KEY: Secret "link.key", "1", 0, 0, 0, AtOnce,
+        "key that seals every command which changes anything; set at the box's own port, never shown";
 }

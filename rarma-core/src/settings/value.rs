@@ -1,5 +1,6 @@
 //! What a setting is, and a value of one.
 
+use crate::wire::LinkKey;
 use core::marker::PhantomData;
 use serde::{Deserialize, Serialize};
 
@@ -10,6 +11,20 @@ pub enum SettingValue {
     Real(f32),
     /// A count or a choice.
     Whole(u32),
+    /// A key, on its way to the box or into its flash.
+    Key(LinkKey),
+    /// All that is ever said of a key: whether there is one. Set to false, it removes it.
+    Hidden(bool),
+}
+
+impl SettingValue {
+    /// What may be shown of it: of a key, that there is one.
+    pub fn shown(self) -> Self {
+        match self {
+            Self::Key(_) => Self::Hidden(true),
+            other => other,
+        }
+    }
 }
 
 /// Kind, range and default.
@@ -33,6 +48,8 @@ pub enum Kind {
         /// What it is until it is set.
         default: u32,
     },
+    /// A key; none until it is set.
+    Key,
 }
 
 /// When a new value takes effect.
@@ -101,6 +118,7 @@ impl Setting {
         match self.kind {
             Kind::Real { default, .. } => SettingValue::Real(default),
             Kind::Whole { default, .. } => SettingValue::Whole(default),
+            Kind::Key => SettingValue::Hidden(false),
         }
     }
 
@@ -127,6 +145,7 @@ impl Setting {
                     })
                 }
             }
+            (Kind::Key, SettingValue::Key(_) | SettingValue::Hidden(false)) => Ok(()),
             _ => Err(SettingError::Kind),
         }
     }
@@ -138,6 +157,10 @@ pub struct Real;
 /// Marks a key to a [`SettingValue::Whole`].
 #[derive(Debug, Clone, Copy)]
 pub struct Whole;
+
+/// Marks the row of a key.
+#[derive(Debug, Clone, Copy)]
+pub struct Secret;
 
 /// Where a setting of a known kind stands in the table.
 #[derive(Debug)]
@@ -160,6 +183,12 @@ impl<K> Key<K> {
             place,
             kind: PhantomData,
         }
+    }
+
+    /// Its number.
+    pub fn number(self) -> u16 {
+        // The table made both.
+        super::SETTINGS.get(self.place).map_or(0, |s| s.number)
     }
 
     /// Its place in [`super::SETTINGS`].

@@ -1,9 +1,11 @@
 //! What the host tells the box, and how the box answers.
 //!
-//! Every command is one frame and gets one [`Reply`] with the command's sequence number. A
-//! frame that comes twice (same number, same bytes, within a second) is carried out once and answered
-//! twice. A frame made for another session is refused, but for [`Command::Identify`]. A frame that is whole but not a command is refused by its number; one that is
-//! not whole cannot be answered: it is counted and told.
+//! Every command is one frame and gets one [`Reply`] with the command's sequence number. It
+//! is for one session and, if it changes anything, by one turn of control: the host that the
+//! box has given that turn to, and each of its numbers once. What has come before is answered
+//! again and not carried out again; [`Refused`] has the names of all that is not taken. A frame
+//! that is whole but not a command is refused by its number; one that is not whole cannot be
+//! answered: it is counted and told.
 
 use crate::cers::{ExcitationJob, OutOfReach};
 use crate::guard::{Denial, FaultRecord, Mode, Severity, Stage};
@@ -12,12 +14,26 @@ use crate::wire::circle::{CircleJob, StandJob};
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
-/// From the host.
+/// Nobody's number.
+pub const NOBODY: u32 = 0;
+
+/// From the host: a command and who gives it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Order {
+    /// The number of the turn, from the host whose turn it is; from any other, the number it
+    /// has drawn for itself.
+    pub by: u32,
+    /// What is to be done.
+    pub command: Command,
+}
+
+/// What the host wants.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Command {
-    /// Who are you?
+    /// Who are you? From anybody, whatever session it names.
     Identify,
-    /// I am here. Outputs stay on for `link.heartbeat` after it.
+    /// The program that armed the outputs still runs and still reaches the box. They stay on
+    /// for `link.heartbeat` after it.
     Heartbeat,
     /// Read a setting.
     Read {
@@ -43,7 +59,8 @@ pub enum Command {
     },
     /// Start a mode. Only while outputs are off.
     Start(Mode),
-    /// Let outputs down in order, then off.
+    /// Let outputs down in order, then off. From anybody: whoever is not in control ends the
+    /// controller's turn with it.
     Stop,
     /// Switch the outputs of the mode on.
     Arm,
@@ -77,11 +94,67 @@ pub enum Command {
     Excite(ExcitationJob),
     /// End the signal, keep the bias.
     Quiet,
+    /// Take control from whoever has it. Outputs that are on are let down in order, and the
+    /// enable input must be released and pressed before they can be armed again.
+    Take {
+        /// The turn that it ends, as it was told: a copy of this command ends no other.
+        turn: u32,
+    },
+    /// Give control up. Outputs that are on are let down in order.
+    Release,
+}
+
+impl Command {
+    /// Whether it changes nothing: it is taken from anybody.
+    pub const fn only_asks(&self) -> bool {
+        matches!(self, Self::Identify | Self::Status | Self::Read { .. })
+    }
+
+    /// The setting that it changes, if any.
+    pub const fn changes(&self) -> Option<u16> {
+        match self {
+            Self::Set { setting, .. } | Self::Save { setting } | Self::Reset { setting } => {
+                Some(*setting)
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Why control has changed hands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Handed {
+    /// The box has started: nobody has it.
+    Start,
+    /// A host has taken it.
+    Taken,
+    /// The host that had it has given it up.
+    GivenUp,
+    /// The host that had it was silent while outputs were on.
+    HostLost,
+    /// Another host has said `stop`.
+    Stopped,
+}
+
+/// Whose turn it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ControlMessage {
+    /// Number of the turn: drawn by the box whenever control changes hands.
+    pub turn: u32,
+    /// The number that the host in control has drawn for itself; [`NOBODY`]'s if there is
+    /// none.
+    pub by: u32,
+    /// How it came by it.
+    pub why: Handed,
+    /// The box has a key: what changes anything must be sealed.
+    pub key: bool,
 }
 
 /// The answer to a command.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Reply {
+    /// Who gave the command, as it was said there; 0 if it could not be read.
+    pub by: u32,
     /// Sequence number of the command.
     pub to: u32,
     /// What came of it.
@@ -114,6 +187,25 @@ pub enum Refused {
     /// Made for another session: the box has started anew since, or the host does not know it
     /// yet. The answer's head names the box's.
     Session,
+    /// Another host is in control, or nobody: take it first.
+    NotInControl,
+    /// `Take` names a turn that is over.
+    Turn,
+    /// Its number has come before in this turn, and the answer is not kept any more. It has
+    /// not been carried out again.
+    Repeated,
+    /// A later command has come before it. It is not carried out: `stop` alone is, late or
+    /// not.
+    Overtaken,
+    /// Its number is more than 64 behind the last one, or 0.
+    Old,
+    /// The box has no key, and this is not its own port: nothing may be changed over a
+    /// network.
+    NoKey,
+    /// The box has a key, and the seal is missing or made with another one.
+    Seal,
+    /// The key is changed at the box's own port only.
+    OwnPort,
     /// Not now.
     Denied(Denial),
     /// The setting is unknown or its value is not allowed.
@@ -171,6 +263,8 @@ pub struct Identity {
     pub started: Started,
     /// The last fault before the reset, if it was kept.
     pub before: Option<FaultRecord>,
+    /// Whose turn it is.
+    pub control: ControlMessage,
 }
 
 /// A fault, sent at once.
@@ -213,6 +307,10 @@ pub struct Status {
     pub supply_v: f32,
     /// A set point is being held back by a limit.
     pub limiting: bool,
+    /// The enable input has to be released and pressed before outputs can be armed.
+    pub press_again: bool,
+    /// Whose turn it is.
+    pub control: ControlMessage,
 }
 
 /// Counts since start-up.
@@ -234,7 +332,7 @@ pub struct Health {
     pub commands: u32,
     /// Of them, refused.
     pub refused: u32,
-    /// Of them, copies of the one before.
+    /// Of them, not carried out because of their numbers: copies, overtaken, old.
     pub doubled: u32,
     /// Broken frames received.
     pub garbage: u32,

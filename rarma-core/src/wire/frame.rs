@@ -1,15 +1,18 @@
 //! Frames: how a message travels over a byte link.
 //!
 //! ```text
-//! COBS( magic "RA" | version u8 | session u32 LE | sequence u32 LE | postcard body | CRC-16 LE ) 0x00
+//! COBS( magic "RA" | version u8 | session u32 LE | sequence u32 LE | postcard body | seal | CRC-16 LE ) 0x00
 //! ```
 //!
 //! The zero byte ends a frame and occurs nowhere else, so a receiver that starts
 //! in the middle, or loses bytes, is back in step at the next frame. The CRC is
 //! CRC-16/IBM-SDLC over everything before it. The session is the number of one run of the
 //! box, drawn at its start: frames of two runs are never taken for one stream, and a command
-//! is for the run it names. A sequence number that jumps tells of lost frames.
+//! is for the run it names. A sequence number that jumps tells of lost frames. The seal, of
+//! 16 bytes or none, is the host's only.
 
+use super::command::Order;
+use super::seal::{LinkKey, SEAL_BYTES, Seal};
 use crc::{CRC_16_IBM_SDLC, Crc};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -62,6 +65,30 @@ pub fn encode<'a, M: Serialize>(
     sequence: u32,
     out: &'a mut [u8; MAX_FRAME],
 ) -> Result<&'a [u8], FrameError> {
+    write(message, session, sequence, None, out)
+}
+
+/// The same for a command, sealed if there is a key.
+///
+/// # Errors
+/// [`FrameError::TooLong`] if the command does not fit.
+pub fn encode_order<'a>(
+    order: &Order,
+    session: u32,
+    sequence: u32,
+    key: Option<&LinkKey>,
+    out: &'a mut [u8; MAX_FRAME],
+) -> Result<&'a [u8], FrameError> {
+    write(order, session, sequence, key, out)
+}
+
+fn write<'a, M: Serialize>(
+    message: &M,
+    session: u32,
+    sequence: u32,
+    key: Option<&LinkKey>,
+    out: &'a mut [u8; MAX_FRAME],
+) -> Result<&'a [u8], FrameError> {
     // Checked access throughout: this runs where a panic would stop the samples.
     let long = FrameError::TooLong;
     let mut plain = [0u8; MAX_PLAIN];
@@ -69,8 +96,18 @@ pub fn encode<'a, M: Serialize>(
     let (head, body) = plain.split_first_chunk_mut::<HEAD>().ok_or(long)?;
     let [m0, m1] = MAGIC;
     *head = [m0, m1, VERSION, r0, r1, r2, r3, s0, s1, s2, s3];
-    let room = body.get_mut(..MAX_PLAIN - HEAD - 2).ok_or(long)?;
-    let used = HEAD + postcard::to_slice(message, room).map_err(|_| long)?.len();
+    let tail = if key.is_some() { SEAL_BYTES + 2 } else { 2 };
+    let room = body.get_mut(..MAX_PLAIN - HEAD - tail).ok_or(long)?;
+    let mut used = HEAD + postcard::to_slice(message, room).map_err(|_| long)?.len();
+    if let Some(key) = key {
+        let seal = plain
+            .get(..used)
+            .and_then(|signed| key.seal(signed))
+            .ok_or(long)?;
+        let place = plain.get_mut(used..used + SEAL_BYTES).ok_or(long)?;
+        place.copy_from_slice(&seal);
+        used += SEAL_BYTES;
+    }
     let crc = CRC.checksum(plain.get(..used).ok_or(long)?);
     let place = plain.get_mut(used..used + 2).ok_or(long)?;
     for (place, byte) in place.iter_mut().zip(crc.to_le_bytes()) {
@@ -141,6 +178,46 @@ impl Head {
 pub fn head(stuffed: &[u8]) -> Result<Head, FrameError> {
     let mut plain = [0u8; MAX_FRAME];
     Head::of(unwrapped(stuffed, &mut plain)?)
+}
+
+/// A whole frame of the host, not stuffed any more.
+#[derive(Debug)]
+pub struct Opened<'a> {
+    /// Its head.
+    pub head: Head,
+    content: &'a [u8],
+}
+
+/// Reads a frame of the host without its closing zero, into `plain`.
+///
+/// # Errors
+/// The bytes are no whole frame of any version.
+pub fn open<'a>(stuffed: &[u8], plain: &'a mut [u8; MAX_FRAME]) -> Result<Opened<'a>, FrameError> {
+    let content = unwrapped(stuffed, plain)?;
+    let head = Head::of(content)?;
+    Ok(Opened { head, content })
+}
+
+impl<'a> Opened<'a> {
+    /// Its command, and what stands behind it.
+    ///
+    /// # Errors
+    /// It is of another version, or no command.
+    pub fn order(&self) -> Result<(Order, Seal<'a>), FrameError> {
+        if self.head.version != VERSION {
+            return Err(FrameError::Version {
+                found: self.head.version,
+            });
+        }
+        let body = self.content.get(HEAD..).ok_or(FrameError::TooShort)?;
+        let (order, seal) = postcard::take_from_bytes(body).map_err(|_| FrameError::Body)?;
+        if !(seal.is_empty() || seal.len() == SEAL_BYTES) {
+            return Err(FrameError::Body);
+        }
+        let end = self.content.len() - seal.len();
+        let signed = self.content.get(..end).ok_or(FrameError::TooShort)?;
+        Ok((order, Seal { signed, seal }))
+    }
 }
 
 /// Head and body of a whole frame, without its CRC.

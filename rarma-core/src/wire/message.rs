@@ -7,7 +7,7 @@ use crate::monitor::{
 };
 use crate::real::Real;
 use crate::wire::circle::CircleMessage;
-use crate::wire::command::{FaultMessage, Health, Identity, Raw, Reply, Status};
+use crate::wire::command::{ControlMessage, FaultMessage, Health, Identity, Raw, Reply, Status};
 use crate::wire::excitation::ExcitationMessage;
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -63,6 +63,8 @@ pub enum Telemetry {
     Circle(CircleMessage),
     /// Excitation of a spindle.
     Excitation(ExcitationMessage),
+    /// Control has changed hands, sent at once.
+    Control(ControlMessage),
 }
 
 /// The verdict at one instant.

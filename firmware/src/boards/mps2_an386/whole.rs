@@ -10,7 +10,7 @@ use super::resonance::{RATE_HZ, Resonance};
 use super::uart::Uart;
 use crate::board::{
     AdcCode, Block, BoardError, BoardErrorKind, BoxBoard, COILS, Clock, CoilBridge, Contacts,
-    DacCode, Emergency, GAPS, Lights, Pulse, ResetCause, SensorCodes,
+    DacCode, Emergency, GAPS, Lights, Origin, Pulse, ResetCause, SensorCodes,
 };
 use crate::current_loop::{CoilOrder, CoilReport, CurrentLoop};
 use core::ops::Range;
@@ -203,6 +203,11 @@ impl BoxBoard for Mps2Box {
 
     fn receive(&mut self, bytes: &mut [u8]) -> Result<usize, Absent> {
         Ok(self.uart.receive(bytes))
+    }
+
+    /// The emulator's UART, wherever that is led to: nothing can be energised.
+    fn origin(&mut self) -> Origin {
+        Origin::OwnPort
     }
 
     fn send(&mut self, frame: &[u8]) -> Result<(), Absent> {

@@ -6,8 +6,8 @@ use super::settings_flash::{self, SettingsFlash};
 use super::timing::{PWM_HZ, SAMPLE_HZ, TICK_HZ};
 use super::{bridges, clock, injected, random, scaling, supply};
 use crate::board::{
-    Block, BoardError, BoardErrorKind, BoxBoard, Contacts, DacCode, Emergency, Lights, Pulse,
-    ResetCause, SensorCodes,
+    Block, BoardError, BoardErrorKind, BoxBoard, Contacts, DacCode, Emergency, Lights, Origin,
+    Pulse, ResetCause, SensorCodes,
 };
 use crate::current_loop::{CoilOrder, CoilReport};
 use core::ops::Range;
@@ -202,6 +202,11 @@ impl BoxBoard for Nucleo {
 
     fn receive(&mut self, bytes: &mut [u8]) -> Result<usize, NucleoError> {
         Ok(self.link.receive(bytes))
+    }
+
+    /// The debugger's serial port is the only one.
+    fn origin(&mut self) -> Origin {
+        Origin::OwnPort
     }
 
     fn send(&mut self, frame: &[u8]) -> Result<(), NucleoError> {

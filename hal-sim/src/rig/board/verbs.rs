@@ -5,7 +5,7 @@ use crate::rig::fault::FaultKind;
 use crate::rig::flash::{SECTOR, SECTORS, SimFlash};
 use crate::rig::plant::Spoilt;
 use firmware::board::{
-    AdcCode, Contacts, DacCode, Lights, Pulse, ResetCause, SensorCodes, WATCHDOG_US,
+    AdcCode, Contacts, DacCode, Lights, Origin, Pulse, ResetCause, SensorCodes, WATCHDOG_US,
 };
 use firmware::current_loop::{CoilOrder, CoilReport};
 use firmware::{Block, BoardErrorKind, BoxBoard};
@@ -218,6 +218,10 @@ impl BoxBoard for SimRig {
             self.link.garbage(bytes.len());
         }
         Ok(self.link.box_takes(bytes))
+    }
+
+    fn origin(&mut self) -> Origin {
+        self.link.origin
     }
 
     fn send(&mut self, frame: &[u8]) -> Result<(), RigError> {
