@@ -98,7 +98,7 @@ fn runs_of_a_step_belong_together() {
 
 #[test]
 #[ignore = "whole tests of two machines with 50 seeds: 5 minutes"]
-fn runs_of_a_step_belong_together_in_whole_tests() {
+fn runs_of_a_step_belong_together_long() {
     assert!(beyond_10_n(1..51, 8) > 0);
 }
 

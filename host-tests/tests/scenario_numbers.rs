@@ -163,7 +163,7 @@ fn walk(cases: &[Case], bounds: Bounds) {
 }
 
 #[test]
-fn a_sample_of_all_numbers_is_used_or_refused() {
+fn numbers_are_used_or_refused() {
     let all = cases();
     assert!(all.len() > 4_000, "{}", all.len());
     let mut rng = ChaCha8Rng::seed_from_u64(17);
@@ -173,7 +173,7 @@ fn a_sample_of_all_numbers_is_used_or_refused() {
 
 #[test]
 #[ignore = "every number of every shipped scenario: an hour"]
-fn every_number_is_used_or_refused() {
+fn numbers_are_used_or_refused_long() {
     walk(&cases(), Bounds::default());
 }
 

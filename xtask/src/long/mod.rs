@@ -14,7 +14,7 @@ use std::time::Instant;
 
 use crate::{Failure, Result, Workspace, page, process};
 pub use forms::{Forms, LongForm};
-use table::{Row, Table};
+use table::{Became, Row, Table};
 
 /// The page that has the table.
 pub const PAGE: &str = "docs/bench.md";
@@ -131,7 +131,11 @@ pub fn note(
 ) -> Result<()> {
     let row = Row {
         name: name.to_owned(),
-        passed,
+        became: if passed {
+            Became::Passed
+        } else {
+            Became::Failed
+        },
         seconds: begun.elapsed().as_secs_f64().round(),
         date: line(Command::new("date").args(["-u", "+%Y-%m-%d"]))?,
         commit: commit(workspace)?,
@@ -150,14 +154,16 @@ fn table_of(path: &Path) -> Result<Table> {
     })
 }
 
-/// Fails unless each of these long forms passed when it ran last, by the table of [`PAGE`].
+/// Fails unless each of these long forms passed when it ran last, by the table of [`PAGE`],
+/// or stands there as one that has not been run yet; names those.
 ///
 /// # Errors
 /// Names each that has no result or failed, and each result of a long form that is gone.
-pub fn check(workspace: &Workspace, names: &[String]) -> Result<()> {
-    let objections = table_of(&workspace.root().join(PAGE))?.objections(names);
+pub fn check(workspace: &Workspace, names: &[String]) -> Result<Vec<String>> {
+    let table = table_of(&workspace.root().join(PAGE))?;
+    let objections = table.objections(names);
     if objections.is_empty() {
-        return Ok(());
+        return Ok(table.not_run().map(str::to_owned).collect());
     }
     Err(Failure::new(format!("long forms are not as {PAGE} says"))
         .because(format!("\n  {}", objections.join("\n  ")))

@@ -9,13 +9,37 @@ const PART: Part = Part("long");
 
 const HEADER: &str = "| long form | result | s | on | commit |\n|---|---|---:|---|---|\n";
 
+/// What became of a long form.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Became {
+    /// It passed when it ran last.
+    Passed,
+    /// It failed when it ran last.
+    Failed,
+    /// It has not been run yet: written by hand when it was made, and said by every
+    /// `cargo verify` until it is run.
+    NotRun,
+}
+
+impl Became {
+    const ALL: [Self; 3] = [Self::Passed, Self::Failed, Self::NotRun];
+
+    const fn word(self) -> &'static str {
+        match self {
+            Self::Passed => "passed",
+            Self::Failed => "**failed**",
+            Self::NotRun => "not run yet",
+        }
+    }
+}
+
 /// The last result of one long form.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
     /// Test file and test, or the stage of `cargo verify`.
     pub name: String,
     /// How it ended.
-    pub passed: bool,
+    pub became: Became,
     /// How long it took.
     pub seconds: f64,
     /// The day, e.g. `2026-11-22`.
@@ -41,19 +65,30 @@ impl Table {
 
     /// Whether that long form passed when it ran last.
     pub fn passed(&self, name: &str) -> bool {
-        self.rows.iter().any(|row| row.name == name && row.passed)
+        self.rows
+            .iter()
+            .any(|row| row.name == name && row.became == Became::Passed)
+    }
+
+    /// Those that have not been run yet.
+    pub fn not_run(&self) -> impl Iterator<Item = &str> {
+        let waiting = self.rows.iter().filter(|row| row.became == Became::NotRun);
+        waiting.map(|row| row.name.as_str())
     }
 
     /// The table as text.
     pub fn markdown(&self) -> String {
         let mut text = HEADER.to_owned();
         for row in &self.rows {
-            let result = if row.passed { "passed" } else { "**failed**" };
             // Writing to a String cannot fail.
             let _ = writeln!(
                 text,
-                "| {} | {result} | {:.0} | {} | {} |",
-                row.name, row.seconds, row.date, row.commit
+                "| {} | {} | {:.0} | {} | {} |",
+                row.name,
+                row.became.word(),
+                row.seconds,
+                row.date,
+                row.commit
             );
         }
         text
@@ -82,12 +117,12 @@ impl Table {
     }
 
     /// What is wrong with this table if these are all the long forms: a line for each that
-    /// never ran, that failed when it ran last, or that is there no more.
+    /// has no row, that failed when it ran last, or that is there no more.
     pub fn objections(&self, forms: &[String]) -> Vec<String> {
         let find = |name: &String| self.rows.iter().find(|row| row.name == *name);
         let of_forms = forms.iter().filter_map(|name| match find(name) {
             None => Some(format!("{name}: has no result")),
-            Some(row) if !row.passed => {
+            Some(row) if row.became == Became::Failed => {
                 Some(format!("{name}: failed on {} at {}", row.date, row.commit))
             }
             Some(_) => None,
@@ -106,11 +141,7 @@ fn row(line: &str) -> Option<Row> {
     };
     Some(Row {
         name: (*name).to_owned(),
-        passed: match *result {
-            "passed" => true,
-            "**failed**" => false,
-            _ => return None,
-        },
+        became: Became::ALL.into_iter().find(|b| b.word() == *result)?,
         seconds: seconds.parse().ok()?,
         date: (*date).to_owned(),
         commit: (*commit).to_owned(),
@@ -121,10 +152,10 @@ fn row(line: &str) -> Option<Row> {
 mod tests {
     use super::*;
 
-    fn result(name: &str, passed: bool) -> Row {
+    fn result(name: &str, became: Became) -> Row {
         Row {
             name: name.to_owned(),
-            passed,
+            became,
             seconds: 404.0,
             date: "2026-11-22".to_owned(),
             commit: "41c6dbb".to_owned(),
@@ -133,8 +164,8 @@ mod tests {
 
     fn table() -> Table {
         let mut table = Table::default();
-        table.put(result("b::y_long", false));
-        table.put(result("a::x_long", true));
+        table.put(result("b::y_long", Became::Failed));
+        table.put(result("a::x_long", Became::Passed));
         table
     }
 
@@ -152,10 +183,13 @@ mod tests {
     #[test]
     fn a_new_result_takes_the_place_of_the_last() {
         let mut table = table();
-        table.put(result("b::y_long", true));
+        table.put(result("b::y_long", Became::Passed));
         assert_eq!(
             table.rows,
-            [result("a::x_long", true), result("b::y_long", true)]
+            [
+                result("a::x_long", Became::Passed),
+                result("b::y_long", Became::Passed)
+            ]
         );
     }
 
@@ -168,6 +202,10 @@ mod tests {
         assert!(told[1].contains("c::z_long: has no result"));
         assert!(table().passed("a::x_long"));
         assert!(!table().passed("b::y_long") && !table().passed("c::z_long"));
+        let mut waiting = table();
+        waiting.put(result("c::z_long", Became::NotRun));
+        assert_eq!(waiting.objections(&forms).len(), 1);
+        assert_eq!(waiting.not_run().collect::<Vec<_>>(), ["c::z_long"]);
         let told = table().objections(&forms[1..2]);
         assert!(
             told[1].contains("a::x_long: in the table, but no"),
