@@ -224,7 +224,7 @@ fn records_of_the_exciter_that_are_none() {
     };
     refused("record.toml", &["open", "no such file"]);
     let _ = folder.file("record.toml", b"name = [\n");
-    refused("record.toml", &["line 2", "not TOML"]);
+    refused("record.toml", &["line 1, column 9", "not TOML"]);
     let ended = program().run(
         ["cers", "run", "cers-rest", "--quick", "--out"]
             .map(str::to_owned)
