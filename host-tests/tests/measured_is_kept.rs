@@ -60,7 +60,7 @@ fn the_readings_of_the_ball_bar() {
     let folder = Folder::default();
     let forces = "forces_n = [364, 364.2, 364.4]\ndown = false\nfeed_mm_min";
     let text = SHIPPED_LDBB[0].1.replace("feed_mm_min", forces);
-    folder.file("near.toml", text.as_bytes());
+    let _ = folder.file("near.toml", text.as_bytes());
     let out = folder.path().join("out");
     let kept = format!(
         "the readings are kept: rarma ldbb analyse {}",
@@ -88,7 +88,7 @@ fn the_runs_before_a_test_ended() {
     let folder = Folder::default();
     // So soft that the bar is beyond its trigger at the third force.
     let text = b"name = \"T\"\nabout = \"soft\"\ndown = false\n[machine]\nmean_n_per_um = 0.8\n";
-    folder.file("soft.toml", text);
+    let _ = folder.file("soft.toml", text);
     let ended = run(&folder, "ldbb run {}/soft.toml --out {}/out");
     let kept = folder.path().join("out").display().to_string();
     refused(&ended, &["the test ended in run 4".to_owned(), kept]);
@@ -102,7 +102,7 @@ fn the_runs_before_a_test_ended() {
 fn the_record_of_the_exciter() {
     let folder = Folder::default();
     let scenario = b"name = \"T\"\nabout = \"a test\"\nseconds = 1\n";
-    folder.file("t.toml", scenario);
+    let _ = folder.file("t.toml", scenario);
     let ended = run(
         &folder,
         "cers run {}/t.toml --quick --out {}/out --csv {}/responses.csv --structure {}/t.toml",
@@ -145,8 +145,8 @@ fn the_receptance_of_a_blow() {
         let since = (100..108).map(|j| f64::from(k - j)).filter(|d| *d > 0.0);
         response.push(since.map(ring).sum::<f64>() as f32);
     }
-    folder.float("force.wav", fs, &force);
-    folder.float("response.wav", fs, &response);
+    let _ = folder.float("force.wav", fs, &force);
+    let _ = folder.float("response.wav", fs, &response);
     let hammer = "els hammer {}/force.wav {}/response.wav --band 300:2000 --uff {}/g.uff";
     let ended = run(&folder, &format!("{hammer} --static 0.1:0.2"));
     refused(&ended, &[]);

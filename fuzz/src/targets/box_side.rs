@@ -33,7 +33,7 @@ fn commands(bytes: &[u8]) {
         match piece {
             Piece::Bytes(bytes) => all.rig.link.host_sends(bytes),
             Piece::Body(body) => {
-                let frame = framed(body, all.host.session, k as u32);
+                let frame = framed(body, all.host.session(), k as u32);
                 all.rig.link.host_sends(&frame.unwrap_or_default());
             }
             Piece::Pause(ms) => wait(&mut all, 1000 * u64::from(ms)),

@@ -198,7 +198,7 @@ proptest! {
         channel in 0_usize..3,
     ) {
         let b = Bench::new();
-        let opts = ReadOptions { fs, channel, check: true };
+        let opts = ReadOptions { fs, channel, ..ReadOptions::default() };
         for name in ["a.wav", "a.csv", "a.f32", "a.f64"] {
             let _ = b.with(name, &bytes, &opts);
         }
