@@ -16,7 +16,8 @@ mod whole;
 pub use code::{AdcCode, DacCode};
 pub use coils::{COILS, CoilBridge};
 pub use whole::{
-    BoxBoard, Contacts, Emergency, GAPS, Lights, Pulse, ResetCause, SensorCodes, WATCHDOG_US,
+    BoxBoard, Contacts, Emergency, FlashSeen, GAPS, Lights, Pulse, ResetCause, SensorCodes,
+    WATCHDOG_US,
 };
 
 use core::fmt::Debug;
