@@ -7,7 +7,7 @@ use crate::board::BoxBoard;
 use crate::control::{Ruling, Said};
 use crate::rig::RigPlan;
 use crate::sensor_box::SensorBox;
-use crate::store::{self, StoreError};
+use crate::store::{Kept, StoreError};
 use rarma_core::cers::ExcitationJob;
 use rarma_core::guard::{Denial, FaultCode, Mode, Stage};
 use rarma_core::settings::{SCHEMA_VERSION, SETTINGS, SettingError, SettingValue, find};
@@ -170,7 +170,11 @@ fn carry_out<B: BoxBoard>(
 ) -> Result<Answer, Refused> {
     let done = |result: Result<(), Denial>| result.map(|()| Answer::Done).map_err(Refused::Denied);
     match command {
-        Command::Identify => Ok(Answer::Identity(identity::<B>(all))),
+        Command::Identify => {
+            // Who asks may not have been there at the start.
+            all.findings.tell_again();
+            Ok(Answer::Identity(identity::<B>(all)))
+        }
         Command::Heartbeat => {
             all.supervisor.heartbeat(now_us);
             Ok(Answer::Done)
@@ -302,7 +306,9 @@ fn shown<B: BoxBoard>(all: &SensorBox, board: &mut B, number: u16) -> Result<Ans
     let value = all.settings.get(number).unwrap_or(setting.default_value());
     let (flash, range) = board.flash();
     // An unreadable or outdated record counts as none: the default follows.
-    let stored = store::read(flash, range, setting)
+    let stored = all
+        .store
+        .read(flash, range, setting)
         .ok()
         .and_then(Result::ok)
         .flatten()
@@ -321,14 +327,19 @@ fn keep<B: BoxBoard>(
     value: Option<SettingValue>,
     now_us: u64,
 ) -> Result<Answer, Refused> {
-    let (_, setting) = find(number).ok_or(Refused::Setting(SettingError::Unknown))?;
+    let (place, setting) = find(number).ok_or(Refused::Setting(SettingError::Unknown))?;
     // An erase stalls the processor for longer than an order of the current loop lasts.
     if all.supervisor.stage().in_use() {
         return Err(Refused::Denied(Denial::Energised));
     }
     let (flash, range) = board.flash();
-    match store::write(flash, range, setting, value) {
-        Ok(()) => shown(all, board, number),
+    match all.store.write(flash, range, setting, value) {
+        Ok(Kept::Twice) => shown(all, board, number),
+        Ok(Kept::Once) => {
+            let (code, place) = (FaultCode::SettingOnce, place as u8);
+            all.fault(board, code, place, f32::from(number), now_us);
+            shown(all, board, number)
+        }
         Err(StoreError::Full) => {
             all.fault(board, FaultCode::FlashFull, 0, f32::from(number), now_us);
             Err(Refused::FlashFull)

@@ -1,7 +1,7 @@
 //! Frames of a box, from wherever they come: decoded, counted, told in words or JSON, kept.
 
 use crate::speech::shown;
-use rarma_core::guard::{Denial, FaultRecord, Severity};
+use rarma_core::guard::{Denial, FaultCode, FaultRecord, Severity};
 use rarma_core::ldbb::Proof;
 use rarma_core::settings::find;
 use rarma_core::wire::{
@@ -117,6 +117,12 @@ pub fn to_json(head: Head, message: &Telemetry) -> String {
 
 /// A fault in words.
 pub fn fault_words(record: &FaultRecord) -> String {
+    let setting = find(record.value as u16).filter(|_| record.code.unit() == "number");
+    if let Some((_, setting)) = setting
+        && let Some(what) = stored_words(record.code)
+    {
+        return format!("{} {}: {what}", record.code.name(), setting.name);
+    }
     format!(
         "{} (place {}, {} {}) at {:.4} s",
         record.code.name(),
@@ -125,6 +131,28 @@ pub fn fault_words(record: &FaultRecord) -> String {
         record.code.unit(),
         record.at_us as f64 * 1e-6
     )
+}
+
+/// What became of a stored setting, and what to do.
+fn stored_words(code: FaultCode) -> Option<&'static str> {
+    Some(match code {
+        FaultCode::SettingRepaired => {
+            "one of its two records was missing or damaged (a save without power, or flash that ages); the other is in force and stands twice again"
+        }
+        FaultCode::SettingOlder => {
+            "its newest record is damaged and an older value is in force; read it, set it if it is wrong, and save it"
+        }
+        FaultCode::SettingDefault => {
+            "its record is damaged and its default is in force; set and save it again"
+        }
+        FaultCode::SettingRefused => {
+            "its record is outdated or out of range and its default is in force; set and save it again"
+        }
+        FaultCode::SettingOnce => {
+            "it is stored once and not twice, for a part of the flash is worn out"
+        }
+        _ => return None,
+    })
 }
 
 /// One message in words; none for those that only pictures are made of.

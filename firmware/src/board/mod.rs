@@ -16,7 +16,7 @@ mod whole;
 pub use code::{AdcCode, DacCode};
 pub use coils::{COILS, CoilBridge};
 pub use whole::{
-    BoxBoard, Contacts, Emergency, GAPS, Lights, Origin, Pulse, ResetCause, SensorCodes,
+    BoxBoard, Contacts, Emergency, FlashSeen, GAPS, Lights, Origin, Pulse, ResetCause, SensorCodes,
     WATCHDOG_US,
 };
 

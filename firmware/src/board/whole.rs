@@ -99,6 +99,16 @@ pub trait Emergency {
     fn keep(&mut self, bytes: &[u8; KEPT_BYTES]);
 }
 
+/// What check bits of a flash have said.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct FlashSeen {
+    /// Words that could not be read, because a power cut ended their writing or they have
+    /// aged. What they hold is handed out as it is: the store's own checks refuse it.
+    pub unreadable_words: u32,
+    /// Words that were read with one bit mended.
+    pub corrected_words: u32,
+}
+
 /// The verbs of the whole box. At reset, and before the first call, every output is off:
 /// gate open, switches open, valve shut. That is the hardware's doing (pull-downs).
 ///
@@ -197,10 +207,11 @@ pub trait BoxBoard: Emergency {
     /// cut ends, may have done any part of its work.
     fn flash(&mut self) -> (&mut Self::Flash, Range<u32>);
 
-    /// Words of that flash that could not be read since the last call, because a power cut
-    /// ended their writing or they have aged. What they hold is handed out as it is: the
-    /// store's own checks refuse it.
-    fn unreadable_words(&mut self) -> u32;
+    /// What the flash's own check bits have said of that flash since the last call; nothing
+    /// on a flash that has none.
+    fn flash_seen(&mut self) -> FlashSeen {
+        FlashSeen::default()
+    }
 
     /// Takes bytes of the host that have come, at most `bytes.len()`. Does not wait. Bytes
     /// that came faster than they were taken are lost and show as broken frames.

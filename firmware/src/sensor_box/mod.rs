@@ -10,6 +10,7 @@
 //! The main loop is `loop { poll; wait }`. A pass that is late is seen by the next one; one
 //! that never ends is seen by the current loop, whose order runs out, and by the watchdog.
 
+mod findings;
 mod report;
 mod start;
 mod tick;
@@ -22,7 +23,9 @@ use crate::control::Control;
 use crate::listen::{self, Listening};
 use crate::rig::RigDuty;
 use crate::rig::RigPlan;
+use crate::store::Store;
 use crate::tell::Teller;
+use findings::Findings;
 use rarma_core::Order;
 use rarma_core::cers::Reach;
 use rarma_core::guard::{
@@ -39,6 +42,8 @@ const TICK_US: u64 = 1_000;
 #[derive(Debug)]
 pub struct SensorBox {
     pub(crate) settings: Settings,
+    pub(crate) store: Store,
+    pub(crate) findings: Findings,
     pub(crate) supervisor: Supervisor,
     pub(crate) listening: Listening,
     pub(crate) rig: RigDuty,

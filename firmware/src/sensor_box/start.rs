@@ -1,12 +1,13 @@
 //! The box starts: why there was a reset, what is stored, what is said first.
 
 use super::SensorBox;
+use super::findings::Findings;
 use crate::board::{BoxBoard, ResetCause};
 use crate::commands::Commands;
 use crate::control::{Control, other_than};
 use crate::listen::Listening;
 use crate::rig::{RigDuty, RigPlan};
-use crate::store::{self, Loaded};
+use crate::store::Store;
 use crate::tell::Teller;
 use rarma_core::guard::{
     CheckIns, FaultCode, FaultRecord, InARow, KEPT_BYTES, Mode, RigState, RigWatch, Severity,
@@ -18,9 +19,7 @@ use rarma_core::wire::{NO_SESSION, NOBODY, Started, Telemetry};
 /// What a start has found, to be said once the box is in its place.
 #[derive(Debug, Clone, Copy)]
 pub struct Opening {
-    now_us: u64,
     past: Option<FaultRecord>,
-    loaded: Loaded,
 }
 
 impl SensorBox {
@@ -40,7 +39,7 @@ impl SensorBox {
         // Read once: the next reset without a fault must not tell this one again.
         board.keep(&[0; KEPT_BYTES]);
         let mut settings = Settings::default();
-        let loaded = store::load_from(board, &mut settings);
+        let (store, loaded) = Store::load_from(board, &mut settings);
         // Not armed with this plan: arming makes its own and refuses settings that disagree.
         let plan = RigPlan::unchecked(&settings, B::LOOP_RATE_HZ);
         let this = Self {
@@ -62,14 +61,12 @@ impl SensorBox {
             loop_hz: B::LOOP_RATE_HZ,
             sample_hz: B::SAMPLE_RATE_HZ,
             settings,
+            store,
+            findings: Findings::new(loaded),
             started,
             before,
         };
-        let opening = Opening {
-            now_us,
-            past,
-            loaded,
-        };
+        let opening = Opening { past };
         (this, opening)
     }
 
@@ -81,25 +78,9 @@ impl SensorBox {
         if let Some(record) = opening.past {
             self.tell.fault(board, record, Severity::Trip, Mode::Safe);
         }
-        self.tell_loaded(board, opening.now_us, opening.loaded);
         if self.settings.whole(BOX_START) == 1 {
             // Settings that do not fit leave the box in Safe; the host sees the mode.
             let _ = self.start_mode(board, Mode::Monitor);
-        }
-    }
-
-    fn tell_loaded<B: BoxBoard>(&mut self, board: &mut B, now_us: u64, loaded: Loaded) {
-        if loaded.lost {
-            self.fault(board, FaultCode::SettingsLost, 0, 0.0, now_us);
-        }
-        if let Some(number) = loaded.refused {
-            self.fault(
-                board,
-                FaultCode::SettingRefused,
-                0,
-                f32::from(number),
-                now_us,
-            );
         }
     }
 }

@@ -43,9 +43,15 @@ impl SensorBox {
         self.tacho(board, now_us);
         self.tell.circles(board, &mut self.rig.bar);
         self.tell.excitation(board, &mut self.rig.exciting);
-        let words = board.unreadable_words();
-        if words > 0 {
-            self.fault(board, FaultCode::FlashUnreadable, 0, words as f32, now_us);
+        self.tell_findings(board, now_us);
+        let seen = board.flash_seen();
+        for (code, words) in [
+            (FaultCode::FlashUnreadable, seen.unreadable_words),
+            (FaultCode::FlashCorrected, seen.corrected_words),
+        ] {
+            if words > 0 {
+                self.fault(board, code, 0, words as f32, now_us);
+            }
         }
         self.report(board, now_us);
         self.check_ins.here(Duty::Slow, now_us);

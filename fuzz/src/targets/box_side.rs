@@ -2,8 +2,8 @@
 
 use super::link::{Piece, framed, head_words, pieces};
 use crate::Target;
-use firmware::store;
-use hal_sim::rig::{RigSetUp, SECTOR, SECTORS, SimBox, SimFlash, SimRig};
+use firmware::store::Store;
+use hal_sim::rig::{RigSetUp, SimBox, SimFlash, SimRig};
 use rarma_core::settings::{SETTINGS, Settings, from_record, to_record};
 use rarma_core::wire::{Answer, Command, Telemetry};
 
@@ -79,28 +79,27 @@ fn record(bytes: &[u8]) {
 
 /// A flash that holds these bytes: every setting is in its range, and the store works.
 fn flash(bytes: &[u8]) {
-    let range = 0..(SECTOR * SECTORS) as u32;
     let mut flash = SimFlash::default();
+    let range = flash.range();
     // A store that a box laid, and the bytes over it from where their head says.
-    store::load(&mut flash, range.clone(), &mut Settings::default());
+    let _ = Store::load(&mut flash, range.clone(), &mut Settings::default());
     let (at, bytes) = match bytes {
         [low, high, bytes @ ..] => (usize::from(u16::from_le_bytes([*low, *high])), bytes),
         _ => (0, bytes),
     };
-    let content = flash.content();
-    let at = at % content.len();
-    for (place, byte) in content[at..].iter_mut().zip(bytes) {
-        *place = *byte;
-    }
+    flash.overwrite(at % range.end as usize, bytes);
     let mut settings = Settings::default();
-    store::load(&mut flash, range.clone(), &mut settings);
+    let (mut store, _) = Store::load(&mut flash, range.clone(), &mut settings);
     for setting in &SETTINGS {
-        let value = settings.get(setting.number).expect("a setting");
-        assert_eq!(setting.check(value), Ok(()), "{}", setting.name);
+        // A key that is not set has no value.
+        if let Some(value) = settings.to_store(setting.number) {
+            assert_eq!(setting.check(value), Ok(()), "{}", setting.name);
+        }
     }
     let setting = &SETTINGS[0];
     let value = setting.default_value();
-    store::write(&mut flash, range.clone(), setting, Some(value)).expect("a store that works");
-    let read = store::read(&mut flash, range, setting);
+    let kept = store.write(&mut flash, range.clone(), setting, Some(value));
+    assert!(kept.is_ok(), "a store that works: {kept:?}");
+    let read = store.read(&mut flash, range, setting);
     assert_eq!(read, Ok(Ok(Some(value))));
 }

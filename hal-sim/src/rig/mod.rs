@@ -17,7 +17,7 @@ mod run;
 pub use board::{RigSetUp, SimRig};
 pub use bridge::SimBridge;
 pub use fault::{FaultEvent, FaultKind};
-pub use flash::{FlashError, SECTOR, SECTORS, SimFlash, WORD};
+pub use flash::{FlashError, SECTOR, SECTORS, SimFlash, WORD, WORD_BITS};
 pub use host::{Heard, SimHost};
 pub use link::{Noise, RigLink};
 pub use plant::{Plant, RigConfig, Spoilt};

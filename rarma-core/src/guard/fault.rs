@@ -163,11 +163,12 @@ faults! {
     LinkFlood = 81, "link-flood", "bytes", Listening;
     /// The host does not take frames; value: frames dropped.
     LinkBlocked = 82, "link-blocked", "frames", Listening;
-    /// Settings could not be written; place: sequence of the command.
+    /// A setting could not be written; value: its number.
     FlashWrite = 83, "flash-write", "1", Listening;
     /// There is no room left for settings.
     FlashFull = 84, "flash-full", "1", Listening;
-    /// A stored setting was not usable: its default is in force; value: its number.
+    /// A stored setting was not usable: its default is in force; place: in the table; value:
+    /// its number.
     SettingRefused = 85, "setting-refused", "number", Listening;
     /// The store of settings could not be read: all defaults are in force.
     SettingsLost = 86, "settings-lost", "1", Listening;
@@ -182,9 +183,23 @@ faults! {
     HardFault = 103, "hard-fault", "1", Past;
     /// Memory of the program gave what it was not given: it cannot be trusted; value: address.
     MemoryError = 104, "memory-error", "address", Past;
-    /// Stored words of settings that cannot be read, mostly one whose writing a power cut
-    /// ended: older records are in force; value: words.
+    /// Damaged words where settings are, mostly one whose writing a power cut ended; what
+    /// that did to a setting is told beside it; value: words.
     FlashUnreadable = 105, "flash-unreadable", "words", Listening;
+    /// Words where settings are in which the flash has mended a bit: it ages; value: words.
+    FlashCorrected = 106, "flash-corrected", "words", Listening;
+    /// One of a setting's two records was missing or damaged; the good one is in force and
+    /// stands twice again; place: in the table; value: its number.
+    SettingRepaired = 107, "setting-repaired", "number", Listening;
+    /// A setting's newest records are damaged: an older value is in force; place: in the
+    /// table; value: its number.
+    SettingOlder = 108, "setting-older", "number", Listening;
+    /// A setting's only records are damaged: its default is in force; place: in the table;
+    /// value: its number.
+    SettingDefault = 109, "setting-default", "number", Listening;
+    /// A setting is stored once and not twice: one half of the flash did not take it; place:
+    /// in the table; value: its number.
+    SettingOnce = 110, "setting-once", "number", Listening;
 }
 
 /// What a fault does in a mode.

@@ -197,10 +197,6 @@ impl BoxBoard for Mps2Box {
         (&mut self.flash, 0..(SECTOR * SECTORS) as u32)
     }
 
-    fn unreadable_words(&mut self) -> u32 {
-        0
-    }
-
     fn receive(&mut self, bytes: &mut [u8]) -> Result<usize, Absent> {
         Ok(self.uart.receive(bytes))
     }

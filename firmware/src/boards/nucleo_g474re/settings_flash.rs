@@ -3,13 +3,17 @@
 //! Every double word has check bits. One whose programming a power cut ended may have two
 //! bits wrong: reading it raises the exception that cannot be masked, breaks the bridges'
 //! timer, and gives what is there (RM0440, error code correction of the flash). Here that is
-//! counted and told; the store above checks what it was given, as after any power cut, and
-//! takes the older record. The same error anywhere else means that the program cannot be
-//! trusted; see [`memory_failed`].
+//! counted and told; the store above checks what it was given and takes the other copy. The
+//! same error anywhere else means that the program cannot be trusted; see [`memory_failed`].
+//!
+//! One wrong bit is mended by the flash and raises nothing: its flag is looked at after every
+//! read, and told too, for where one bit has gone another may follow.
 
+use crate::board::FlashSeen;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use embassy_stm32::flash::{Blocking, Error, Flash};
 use embassy_stm32::pac::FLASH;
+use embassy_stm32::pac::flash::regs::Eccr;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
 /// Bytes of a bank.
@@ -18,6 +22,7 @@ const BANK: u32 = 0x4_0000;
 /// Settings are being read: an error now is theirs.
 static READING: AtomicBool = AtomicBool::new(false);
 static UNREADABLE: AtomicU32 = AtomicU32::new(0);
+static CORRECTED: AtomicU32 = AtomicU32::new(0);
 
 /// What the exception that cannot be masked is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,13 +51,36 @@ pub fn memory_failed() -> MemoryError {
         UNREADABLE.fetch_add(1, Ordering::Relaxed);
         return MemoryError::Settings;
     }
-    let bank = if errors.bk_ecc() { BANK } else { 0 };
-    MemoryError::Program(bank + errors.addr_ecc())
+    MemoryError::Program(word_of(&errors))
 }
 
-/// Words of the settings that could not be read since the last call.
-pub(super) fn take_unreadable() -> u32 {
-    UNREADABLE.swap(0, Ordering::Relaxed)
+/// Words of the settings that could not be read, or not without help, since the last call.
+pub(super) fn seen() -> FlashSeen {
+    FlashSeen {
+        unreadable_words: UNREADABLE.swap(0, Ordering::Relaxed),
+        corrected_words: CORRECTED.swap(0, Ordering::Relaxed),
+    }
+}
+
+/// Takes the flag of a mended bit back, and says in which word it was, from the start of the
+/// flash. The flag holds the first such word since it was last taken back.
+fn take_corrected() -> Option<u32> {
+    let seen = FLASH.eccr().read();
+    if !seen.eccc() {
+        return None;
+    }
+    // Writing 1 takes a flag back; the one of a double error is the exception's.
+    let mut taken = seen;
+    taken.set_eccd(false);
+    taken.set_eccd2(false);
+    FLASH.eccr().write_value(taken);
+    Some(word_of(&seen))
+}
+
+/// The word of an error, from the start of the flash.
+fn word_of(errors: &Eccr) -> u32 {
+    let bank = if errors.bk_ecc() { BANK } else { 0 };
+    bank + errors.addr_ecc()
 }
 
 /// The flash, for the store of settings.
@@ -67,12 +95,18 @@ impl ReadNorFlash for SettingsFlash {
     const READ_SIZE: usize = <Flash<'static, Blocking> as ReadNorFlash>::READ_SIZE;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
+        // An older one of the program's would hide this read's.
+        take_corrected();
         READING.store(true, Ordering::SeqCst);
         let result = self.0.read(offset, bytes);
         // The exception of the last load comes before what follows.
         cortex_m::asm::dsb();
         cortex_m::asm::isb();
         READING.store(false, Ordering::SeqCst);
+        let read = offset..offset + bytes.len() as u32;
+        if take_corrected().is_some_and(|word| read.contains(&word)) {
+            CORRECTED.fetch_add(1, Ordering::Relaxed);
+        }
         result
     }
 

@@ -6,8 +6,8 @@ use super::settings_flash::{self, SettingsFlash};
 use super::timing::{PWM_HZ, SAMPLE_HZ, TICK_HZ};
 use super::{bridges, clock, injected, random, scaling, supply};
 use crate::board::{
-    Block, BoardError, BoardErrorKind, BoxBoard, Contacts, DacCode, Emergency, Lights, Origin,
-    Pulse, ResetCause, SensorCodes,
+    Block, BoardError, BoardErrorKind, BoxBoard, Contacts, DacCode, Emergency, FlashSeen, Lights,
+    Origin, Pulse, ResetCause, SensorCodes,
 };
 use crate::current_loop::{CoilOrder, CoilReport};
 use core::ops::Range;
@@ -196,8 +196,8 @@ impl BoxBoard for Nucleo {
         (&mut self.flash, settings_range())
     }
 
-    fn unreadable_words(&mut self) -> u32 {
-        settings_flash::take_unreadable()
+    fn flash_seen(&mut self) -> FlashSeen {
+        settings_flash::seen()
     }
 
     fn receive(&mut self, bytes: &mut [u8]) -> Result<usize, NucleoError> {

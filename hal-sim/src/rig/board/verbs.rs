@@ -5,7 +5,8 @@ use crate::rig::fault::FaultKind;
 use crate::rig::flash::{SECTOR, SECTORS, SimFlash};
 use crate::rig::plant::Spoilt;
 use firmware::board::{
-    AdcCode, Contacts, DacCode, Lights, Origin, Pulse, ResetCause, SensorCodes, WATCHDOG_US,
+    AdcCode, Contacts, DacCode, FlashSeen, Lights, Origin, Pulse, ResetCause, SensorCodes,
+    WATCHDOG_US,
 };
 use firmware::current_loop::{CoilOrder, CoilReport};
 use firmware::{Block, BoardErrorKind, BoxBoard};
@@ -200,8 +201,8 @@ impl BoxBoard for SimRig {
         (&mut self.flash, 0..(SECTOR * SECTORS) as u32)
     }
 
-    fn unreadable_words(&mut self) -> u32 {
-        self.flash.take_unreadable()
+    fn flash_seen(&mut self) -> FlashSeen {
+        self.flash.take_seen()
     }
 
     fn receive(&mut self, bytes: &mut [u8]) -> Result<usize, RigError> {

@@ -1,0 +1,481 @@
+//! Promise: stored settings outlive what can happen to a flash beside a power cut. What is
+//! damaged twice is named, with what is in force instead; a page or a half may go; a flash
+//! that is full or worn says so and keeps what it has; numbers of another firmware and the
+//! former store's settings are kept.
+
+use firmware::store::{Kept, Store, StoreError, VALUE_BYTES};
+use hal_sim::SimBox;
+use hal_sim::rig::{RigSetUp, SECTOR, SimFlash, SimRig, WORD};
+use host_tests::flash_trials::{Trial, any_value};
+use host_tests::former_store::{Former, TwoMaps};
+use rand::seq::IndexedRandom;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rarma_core::guard::FaultCode;
+use rarma_core::settings::{
+    COUNT, SETTINGS, Setting, SettingValue, Settings, from_record, to_record,
+};
+use rarma_core::wire::{Command, Telemetry};
+
+fn load(flash: &mut SimFlash) -> (Store, firmware::store::Loaded, Settings) {
+    let mut settings = Settings::default();
+    let range = flash.range();
+    let (store, loaded) = Store::load(flash, range, &mut settings);
+    (store, loaded, settings)
+}
+
+/// A flash with every setting stored, and some of them again.
+fn used(pages: usize, again: usize, rng: &mut ChaCha8Rng) -> (SimFlash, Settings) {
+    let mut flash = SimFlash::new(pages, 1);
+    let range = flash.range();
+    let (mut store, loaded, mut settings) = load(&mut flash);
+    assert_eq!(
+        loaded,
+        firmware::store::Loaded::default(),
+        "an erased chip: nothing to say"
+    );
+    let some: Vec<&Setting> = (0..again)
+        .map(|_| SETTINGS.choose(rng).expect("some"))
+        .collect();
+    for setting in SETTINGS.iter().chain(some) {
+        let value = any_value(setting, rng);
+        let kept = store.write(&mut flash, range.clone(), setting, Some(value));
+        assert_eq!(kept, Ok(Kept::Twice));
+        settings.set(setting.number, value).expect("in range");
+    }
+    (flash, settings)
+}
+
+/// The words in which a setting's number stands where a record has it.
+fn words_of(flash: &mut SimFlash, number: u16) -> Vec<usize> {
+    use embedded_storage::nor_flash::ReadNorFlash;
+    let words = flash.range().end as usize / WORD;
+    let is_its = |word: &usize| {
+        let mut bytes = [0; WORD];
+        flash
+            .read((word * WORD) as u32, &mut bytes)
+            .expect("inside");
+        let length = bytes[0] & 0x3F;
+        length == 6 && u16::from_le_bytes([bytes[4], bytes[5]]) == number
+    };
+    (0..words).filter(is_its).collect()
+}
+
+#[test]
+fn both_copies_damaged_cost_one_setting_and_it_is_named() {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    for mends in [false, true] {
+        for (place, setting) in SETTINGS.iter().enumerate() {
+            let (mut flash, settings) = used(4, 0, &mut rng);
+            flash.mends = mends;
+            let range = flash.range();
+            // An older value of half of them is there as well.
+            let older = place % 2 == 0;
+            let mut now = settings.clone();
+            if older {
+                let (mut store, _, _) = load(&mut flash);
+                let value = any_value(setting, &mut rng);
+                store
+                    .write(&mut flash, range.clone(), setting, Some(value))
+                    .expect("room");
+                now.set(setting.number, value).expect("in range");
+            }
+            let words = words_of(&mut flash, setting.number);
+            assert_eq!(words.len(), if older { 4 } else { 2 });
+            // The newest of each half: bits of the value's word.
+            let newest = [words[words.len() / 2 - 1], words[words.len() - 1]];
+            for word in newest {
+                flash.flip(word + 1, rng.random_range(0..32));
+                if mends {
+                    flash.flip(word + 1, rng.random_range(32..64));
+                }
+            }
+            let (_, loaded, found) = load(&mut flash);
+            let marks = if older {
+                loaded.older
+            } else {
+                loaded.defaulted
+            };
+            assert!(
+                marks.has(place) && marks.len() == 1,
+                "{}: {loaded:?}",
+                setting.name
+            );
+            assert!(loaded.repaired.is_empty() && !loaded.lost, "{loaded:?}");
+            let mut wanted = settings.clone();
+            if !older {
+                let default = setting.default_value();
+                wanted.set(setting.number, default).expect("in range");
+            }
+            assert_eq!(found, wanted, "{}", setting.name);
+            // Told once: the damage has been cleared away.
+            let (_, again, same) = load(&mut flash);
+            assert_eq!((again.older, again.defaulted), Default::default());
+            assert_eq!((again.damaged_words, same), (0, found));
+        }
+    }
+}
+
+#[test]
+fn a_page_or_a_half_that_is_gone_costs_nothing() {
+    let mut rng = ChaCha8Rng::seed_from_u64(2);
+    for pages in [4, 16] {
+        let (flash, settings) = used(pages, 700, &mut rng);
+        let gone = (0..pages).map(|page| page..page + 1);
+        for gone in gone.chain([0..pages / 2, pages / 2..pages]) {
+            for erased in [false, true] {
+                let mut flash = flash.clone();
+                if erased {
+                    use embedded_storage::nor_flash::NorFlash;
+                    let (from, to) = (gone.start * SECTOR, gone.end * SECTOR);
+                    flash.erase(from as u32, to as u32).expect("erased");
+                } else {
+                    flash.scramble(gone.clone());
+                }
+                let (_, loaded, found) = load(&mut flash);
+                assert_eq!(found, settings, "{gone:?}: {loaded:?}");
+                assert!(loaded.older.is_empty() && loaded.defaulted.is_empty() && !loaded.lost);
+                let (_, again, found) = load(&mut flash);
+                assert_eq!((again.repaired.len(), found), (0, settings.clone()));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_flash_of_garbage_is_told_and_works_again() {
+    for seed in 0..50 {
+        let mut flash = SimFlash::new(4, seed);
+        flash.scramble(0..4);
+        let range = flash.range();
+        let (mut store, loaded, settings) = load(&mut flash);
+        assert!(loaded.lost);
+        assert_eq!(settings, Settings::default());
+        let value = Some(SettingValue::Whole(0));
+        assert_eq!(
+            store.write(&mut flash, range, &SETTINGS[0], value),
+            Ok(Kept::Twice)
+        );
+        let (_, again, settings) = load(&mut flash);
+        assert!(!again.lost);
+        assert_eq!(settings.get(SETTINGS[0].number), value);
+    }
+}
+
+#[test]
+fn worn_pages_are_passed_over_and_a_worn_half_is_told() {
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let (good, _) = used(16, 200, &mut rng);
+    let range = good.range();
+    for (bad, expected) in [
+        (vec![3, 4, 11], Some(Kept::Twice)),
+        ((8..16).collect(), Some(Kept::Once)),
+        ((0..16).collect(), None),
+    ] {
+        let mut flash = good.clone();
+        flash.bad_pages.extend(bad);
+        let (mut store, _, mut known) = load(&mut flash);
+        let mut last = None;
+        for _ in 0..2_000 {
+            let setting = SETTINGS.choose(&mut rng).expect("some");
+            let value = any_value(setting, &mut rng);
+            let kept = store.write(&mut flash, range.clone(), setting, Some(value));
+            if kept.is_ok() {
+                known.set(setting.number, value).expect("in range");
+            }
+            last = Some(kept);
+            let (again, loaded, found) = load(&mut flash);
+            assert_eq!(found, known, "{loaded:?}");
+            store = again;
+            if kept.is_err() {
+                break;
+            }
+        }
+        match expected {
+            Some(kept) => assert_eq!(last, Some(Ok(kept))),
+            None => assert_eq!(last, Some(Err(StoreError::Flash))),
+        }
+    }
+}
+
+#[test]
+fn a_full_flash_says_so_and_keeps_everything() {
+    let mut rng = ChaCha8Rng::seed_from_u64(4);
+    let (mut flash, settings) = used(4, 100, &mut rng);
+    let range = flash.range();
+    flash.fill();
+    let (mut store, _, found) = load(&mut flash);
+    assert_eq!(found, settings);
+    let new = store.put(&mut flash, range.clone(), 5000, &[1; VALUE_BYTES]);
+    assert_eq!(new, Err(StoreError::Full));
+    // What is there already can be saved again, many times.
+    let mut known = settings;
+    for _ in 0..1_000 {
+        let setting = SETTINGS.choose(&mut rng).expect("some");
+        let value = any_value(setting, &mut rng);
+        let kept = store.write(&mut flash, range.clone(), setting, Some(value));
+        assert_eq!(kept, Ok(Kept::Twice));
+        known.set(setting.number, value).expect("in range");
+    }
+    let (store, _, found) = load(&mut flash);
+    assert_eq!(found, known);
+    // And no number of the other firmware was lost for it.
+    let foreign = (1000..3000).take_while(|n| store.get(&mut flash, range.clone(), *n).is_some());
+    let foreign = foreign.count();
+    println!("{COUNT} settings and {foreign} other numbers in two pages of 2 KiB, twice");
+    assert!((40..60).contains(&foreign), "{foreign}");
+}
+
+#[test]
+fn numbers_of_another_firmware_and_long_values_are_kept() {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let (mut flash, _) = used(4, 0, &mut rng);
+    let range = flash.range();
+    let (mut store, _, mut known) = load(&mut flash);
+    let long: Vec<Vec<u8>> = (1..=VALUE_BYTES)
+        .step_by(13)
+        .map(|n| vec![n as u8; n])
+        .collect();
+    for (number, value) in (9000..).zip(&long) {
+        assert_eq!(
+            store.put(&mut flash, range.clone(), number, value),
+            Ok(Kept::Twice)
+        );
+    }
+    assert!(
+        store
+            .put(&mut flash, range.clone(), 9100, &[0; VALUE_BYTES + 1])
+            .is_err()
+    );
+    for round in 0..2_000 {
+        let setting = SETTINGS.choose(&mut rng).expect("some");
+        let value = any_value(setting, &mut rng);
+        store
+            .write(&mut flash, range.clone(), setting, Some(value))
+            .expect("room");
+        known.set(setting.number, value).expect("in range");
+        if round % 500 == 100 {
+            // One half is wiped: they come back from the other.
+            let half = round / 500 % 2;
+            flash.scramble(2 * half..2 * half + 2);
+            let (again, _, found) = load(&mut flash);
+            assert_eq!(found, known);
+            store = again;
+        }
+    }
+    for (number, value) in (9000..).zip(&long) {
+        let found = store.get(&mut flash, range.clone(), number);
+        assert_eq!(found.as_deref(), Some(value.as_slice()));
+    }
+}
+
+#[test]
+fn outdated_and_nonsense_records_leave_the_rest() {
+    let mut flash = SimFlash::default();
+    let range = flash.range();
+    let (mut store, _, _) = load(&mut flash);
+    let mut write = |flash: &mut SimFlash, setting: &Setting, value| {
+        store
+            .write(flash, range.clone(), setting, value)
+            .expect("written");
+    };
+    let threshold = &SETTINGS[8];
+    write(&mut flash, threshold, Some(SettingValue::Real(0.02)));
+    let outdated = Setting {
+        version: 7,
+        ..SETTINGS[1]
+    };
+    write(&mut flash, &outdated, Some(SettingValue::Real(2.0)));
+    // Out of today's range, and of the other kind.
+    write(&mut flash, &SETTINGS[2], Some(SettingValue::Real(1e6)));
+    write(&mut flash, &SETTINGS[3], Some(SettingValue::Whole(1)));
+    let (_, found, settings) = load(&mut flash);
+    let refused: Vec<usize> = found.refused.settings().map(|(place, _)| place).collect();
+    assert_eq!(
+        (found.stored, refused, found.lost),
+        (1, vec![1, 2, 3], false)
+    );
+    let mut expected = Settings::default();
+    let value = SettingValue::Real(0.02);
+    expected.set(threshold.number, value).expect("in range");
+    assert_eq!(settings, expected);
+    // Reset follows the default, whatever that is by then.
+    write(&mut flash, threshold, None);
+    assert_eq!(load(&mut flash).2, Settings::default());
+}
+
+#[test]
+fn records_are_checked_for_meaning() {
+    let mut rng = ChaCha8Rng::seed_from_u64(6);
+    for setting in &SETTINGS {
+        let value = any_value(setting, &mut rng);
+        let record = to_record(setting, Some(value));
+        assert_eq!(from_record(setting, record.as_slice()), Ok(Some(value)));
+        let unset = to_record(setting, None);
+        assert_eq!(from_record(setting, unset.as_slice()), Ok(None));
+        let nan = to_record(setting, Some(SettingValue::Real(f32::NAN)));
+        assert!(from_record(setting, nan.as_slice()).is_err());
+        assert!(from_record(setting, &nan.as_slice()[..5]).is_err());
+        assert!(setting.check(setting.default_value()).is_ok());
+    }
+}
+
+/// Settings of the former store are taken over, also if power goes away in the middle.
+#[test]
+fn the_former_store_is_taken_over() {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let mut cuts = 0;
+    for pages in [4, 16] {
+        for writes in [0, 1, 7, 100, 126, 127, 300, 900, 2100] {
+            let mut flash = SimFlash::new(pages, writes as u64);
+            let range = flash.range();
+            let mut known = Settings::default();
+            Former.load(&mut flash, &mut Settings::default());
+            for _ in 0..writes {
+                let setting = SETTINGS.choose(&mut rng).expect("some");
+                let value = any_value(setting, &mut rng);
+                assert!(Former.save(&mut flash, setting, Some(value)));
+                known.set(setting.number, value).expect("in range");
+            }
+            let foreign = Setting {
+                number: 7000,
+                ..SETTINGS[0]
+            };
+            assert!(Former.save(&mut flash, &foreign, Some(SettingValue::Whole(1))));
+            let former = flash.clone();
+            let was = flash.touched();
+            let (mut store, loaded, found) = load(&mut flash);
+            assert_eq!(found, known, "{pages} pages, {writes} saves: {loaded:?}");
+            assert!(!loaded.lost && loaded.older.is_empty() && loaded.defaulted.is_empty());
+            assert!(store.get(&mut flash, range.clone(), 7000).is_some());
+            let steps = flash.touched() - was;
+            let value = any_value(&SETTINGS[0], &mut rng);
+            let kept = store.write(&mut flash, range.clone(), &SETTINGS[0], Some(value));
+            assert_eq!(kept, Ok(Kept::Twice));
+            assert_eq!(load(&mut flash).2.get(SETTINGS[0].number), Some(value));
+            for power_for in 0..steps {
+                let mut flash = former.clone();
+                flash.reseed(power_for as u64);
+                flash.power_for = Some(power_for);
+                load(&mut flash);
+                assert!(flash.lost_power());
+                flash.power_up();
+                let (store, loaded, found) = load(&mut flash);
+                assert_eq!(found, known, "cut after {power_for} of {steps}: {loaded:?}");
+                assert!(store.get(&mut flash, range.clone(), 7000).is_some());
+                cuts += 1;
+            }
+        }
+    }
+    println!("{cuts} cuts while it is taken over");
+    assert!(cuts > 1_000, "{cuts}");
+}
+
+/// How many saves a flash of 10 000 erases a page lasts, and how evenly pages are used.
+#[test]
+fn pages_wear_evenly() {
+    const ERASES: f64 = 10_000.0;
+    let mut rng = ChaCha8Rng::seed_from_u64(8);
+    for (pages, at_random, least) in [(4, true, 1e6), (16, true, 8e6), (16, false, 8e6)] {
+        let (mut flash, _) = used(pages, 0, &mut rng);
+        let range = flash.range();
+        let (mut store, _, _) = load(&mut flash);
+        let saves = 40_000;
+        let before = flash.wear().to_vec();
+        for _ in 0..saves {
+            let setting = &SETTINGS[if at_random {
+                rng.random_range(0..COUNT)
+            } else {
+                7
+            }];
+            let value = any_value(setting, &mut rng);
+            store
+                .write(&mut flash, range.clone(), setting, Some(value))
+                .expect("room");
+        }
+        let wear: Vec<u32> = flash
+            .wear()
+            .iter()
+            .zip(&before)
+            .map(|(a, b)| a - b)
+            .collect();
+        let most = *wear.iter().max().expect("pages");
+        // What nobody saves again stays where it is, and its page is not worn.
+        let fewest = *wear.iter().filter(|n| **n > 0).min().expect("pages");
+        let last = ERASES * f64::from(saves) / f64::from(most);
+        let what = if at_random {
+            "any setting"
+        } else {
+            "one setting"
+        };
+        println!("{pages} pages, {what}: {last:.3e} saves, erases {fewest} to {most}");
+        let even = f64::from(most) <= 1.1 * f64::from(fewest);
+        assert!(even && last >= least && last < 2.0 * least, "{wear:?}");
+    }
+}
+
+/// The host is told by name, and again if it asks who the box is.
+#[test]
+fn damage_is_told_by_name() {
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    let (mut flash, settings) = used(4, 0, &mut rng);
+    flash.mends = false;
+    let [first, lost] = [&SETTINGS[5], &SETTINGS[9]];
+    let word = words_of(&mut flash, first.number)[1];
+    flash.flip(word + 1, 3);
+    for word in words_of(&mut flash, lost.number) {
+        flash.flip(word + 1, 7);
+    }
+    let mut rig = SimRig::new(RigSetUp::default(), std::iter::repeat(0.0));
+    rig.flash = flash;
+    let mut all = SimBox::new(rig);
+    all.run_for(0.5);
+    let told = |all: &SimBox, code: FaultCode| {
+        let is = |m: &Telemetry| match m {
+            Telemetry::Fault(f) if f.record.code == code => Some(f.record.value as u16),
+            _ => None,
+        };
+        all.host
+            .heard
+            .iter()
+            .filter_map(|h| is(&h.message))
+            .collect::<Vec<u16>>()
+    };
+    assert_eq!(told(&all, FaultCode::SettingRepaired), [first.number]);
+    assert_eq!(told(&all, FaultCode::SettingDefault), [lost.number]);
+    assert_eq!(told(&all, FaultCode::FlashUnreadable).len(), 1);
+    let mut wanted = settings;
+    wanted
+        .set(lost.number, lost.default_value())
+        .expect("in range");
+    assert_eq!(*all.app.settings(), wanted);
+    all.run_for(1.5);
+    all.send(&Command::Identify);
+    all.run_for(0.5);
+    assert_eq!(told(&all, FaultCode::SettingDefault), [lost.number; 2]);
+    assert_eq!(told(&all, FaultCode::SettingRepaired), [first.number; 2]);
+}
+
+/// What the store before this one does under the same events, and what two maps of the same
+/// library do with a check in every value: the figures of decision 62.
+#[test]
+fn the_former_store_loses_what_this_one_keeps() {
+    let trial = Trial {
+        cuts: 400,
+        flips: 0.3,
+        pages: 4,
+        mends: false,
+        seed: 10,
+    };
+    let own = trial.run(&mut Store::default());
+    let former = trial.run(&mut Former);
+    let two = trial.run(&mut TwoMaps::default());
+    println!("own    {own:?}\nformer {former:?}\ntwo    {two:?}");
+    assert_eq!(own.losing, (0, 0));
+    assert!(
+        former.losing.0 > 20 && former.worst as usize > COUNT / 2,
+        "{former:?}"
+    );
+    assert!(former.silent > 0, "{former:?}");
+    assert!(former.untold_flips > 0, "{former:?}");
+}
