@@ -176,7 +176,7 @@ fn piece() -> impl Strategy<Value = Vec<f64>> {
     prop_oneof![
         proptest::collection::vec(odd.clone(), 0..5),
         (odd, 0..60usize).prop_map(|(x, n)| vec![x; n]),
-        (size.clone(), -2.0..2.0, 0..150usize).prop_map(|(size, rate, n)| {
+        (size.clone(), -2.0..2.0f64, 0..150usize).prop_map(|(size, rate, n)| {
             (0..n).map(|k| size * (rate * k as f64).sin()).collect()
         }),
         (size.clone(), 0.9..1.3, 0..150usize)
