@@ -181,6 +181,9 @@ fn levels_in_the_band_are_those_of_the_recording() {
             let f = numbers(&part["f"]);
             assert!(f.iter().all(|f| (300.0..=2500.0).contains(f)));
             for (low, high) in [(300.0, 420.0), (420.0, 1500.0), (1500.0, 2500.0)] {
+                // Poles alone do not follow the zeros of the high-pass.
+                let poles_at_the_edge = options.contains("--method ar ") && low == 300.0;
+                let tolerance = if poles_at_the_edge { 0.20 } else { tolerance };
                 let (own, _) = level(&part, low, high);
                 let (other, _) = level(&full, low, high);
                 println!(

@@ -170,18 +170,18 @@ fn piece() -> impl Strategy<Value = Vec<f64>> {
         Just(f64::NAN),
         Just(f64::INFINITY),
         any::<f64>(),
-        -1.0..1.0,
+        -1.0..1.0f64,
     ];
     let size = prop_oneof![Just(1.0), (-120..25i32).prop_map(|e| 10f64.powi(e))];
     prop_oneof![
         proptest::collection::vec(odd.clone(), 0..5),
         (odd, 0..60usize).prop_map(|(x, n)| vec![x; n]),
-        (size.clone(), -2.0..2.0_f64, 0..150usize).prop_map(|(size, rate, n)| {
+        (size.clone(), -2.0..2.0f64, 0..150usize).prop_map(|(size, rate, n)| {
             (0..n).map(|k| size * (rate * k as f64).sin()).collect()
         }),
-        (size.clone(), 0.9..1.3, 0..150usize)
+        (size.clone(), 0.9..1.3f64, 0..150usize)
             .prop_map(|(size, r, n)| (0..n).map(|k| size * f64::powi(r, k as i32)).collect()),
-        (size, proptest::collection::vec(-1.0..1.0, 0..150))
+        (size, proptest::collection::vec(-1.0..1.0f64, 0..150))
             .prop_map(|(size, x)| x.iter().map(|x| size * x).collect()),
     ]
 }

@@ -132,7 +132,14 @@ fn an_identified_structure_is_taken_as_it_is() {
     let structure = folder.file("at-rest.json", at_rest.stdout.as_bytes());
     let modes = at_rest.json()["modes"].clone();
     println!("{modes}");
-    let zeta = modes[0]["zeta"].as_f64().expect("a mode");
+    // The first is the high-pass of the band, at half of critical damping.
+    let of = |m: &serde_json::Value, key: &str| m[key].as_f64().expect("a number");
+    let all = modes.as_array().expect("modes").iter();
+    let nearest = all.min_by(|a, b| {
+        let off = |m| (of(m, "f") - MODE.0).abs();
+        off(a).total_cmp(&off(b))
+    });
+    let zeta = of(nearest.expect("a mode"), "zeta");
     // Three of its standard deviations of 0.06 %.
     assert!((zeta - MODE.1).abs() < 0.002, "{modes}");
     let depth = 1.2e-4;

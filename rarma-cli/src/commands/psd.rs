@@ -59,8 +59,11 @@ pub(super) fn main(args: &PsdArgs) -> Result<u8, Failure> {
     Ok(0)
 }
 
-/// Order and estimator of a model; none for a transform.
-fn order(args: &PsdArgs) -> Result<Option<(Method, (usize, usize))>, Failure> {
+/// Estimator and order of a model.
+type Fit = (Method, (usize, usize));
+
+/// What is fitted; nothing for a transform.
+fn order(args: &PsdArgs) -> Result<Option<Fit>, Failure> {
     let method = match args.method {
         PsdMethod::Periodogram | PsdMethod::Welch => return Ok(None),
         PsdMethod::Ar => Method::Burg,
@@ -92,11 +95,7 @@ fn check_frequency(f: f64, part: &Part) -> Result<(), Failure> {
 }
 
 /// Density of a recording in its band, as it was before the conditioning.
-fn density(
-    part: &Part,
-    args: &PsdArgs,
-    order: Option<(Method, (usize, usize))>,
-) -> Result<Density, String> {
+fn density(part: &Part, args: &PsdArgs, order: Option<Fit>) -> Result<Density, String> {
     let (y, fs, n) = (&part.samples[..], part.fs, part.samples.len());
     if n < LEAST_SAMPLES {
         return Err(format!(
