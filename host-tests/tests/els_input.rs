@@ -187,7 +187,7 @@ fn systems_that_cannot_be_are_one_line() {
         "stiff.toml",
         &text.replacen("major_n_per_um = 90", "major_n_per_um = -90", 1),
     );
-    refused(&ended, &file, &["major_n_per_um is -90", "above 0"]);
+    refused(&ended, &file, &["major_n_per_um is -90", "from 0.000001"]);
     let (ended, file) = run("turns.toml", &text.replace("twist_n_m_per_mrad = 20\n", ""));
     refused(&ended, &file, &["singular assembly: 1 rigid motion"]);
     let (ended, file) = run("bore.toml", &text.replace("inner_mm = 40", "inner_mm = 90"));

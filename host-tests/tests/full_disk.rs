@@ -74,6 +74,7 @@ fn no_command_is_missing_here() {
         "force",
         "response",
         "loads",
+        "key",
     ];
     let reads = [&reads[..], &["receptance", "files", "tests"]].concat();
     fn paths(command: &clap::Command, above: &str, out: &mut Vec<(String, String)>) {

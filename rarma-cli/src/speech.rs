@@ -220,7 +220,7 @@ pub fn value(setting: &Setting, text: &str) -> Result<SettingValue, String> {
         Kind::Whole { .. } => text.parse().map(SettingValue::Whole).ok(),
         Kind::Key => {
             return Err(format!(
-                "{} is not typed: `rarma connect PORT --set-key FILE`",
+                "{} is not typed (give it in a file: `rarma connect PORT --set-key FILE`)",
                 setting.name
             ));
         }
