@@ -78,7 +78,9 @@ pub fn bounded(
         }
     };
     let stderr = reader.join().expect("a reader");
-    let lines = stderr.lines().count();
+    // What is odd about a file is said before it is refused.
+    let refusals = stderr.lines().filter(|line| line.starts_with("rarma: "));
+    let lines = refusals.count();
     match status.code() {
         _ if stderr.contains("panicked") => Verdict::Bad(stderr),
         Some(0..=2) => Verdict::Well,

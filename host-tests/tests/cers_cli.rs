@@ -87,7 +87,7 @@ fn what_the_rig_may_not_do_is_refused() {
     check(
         "ramp.toml",
         "[spindle]\nto_rpm = 20000\nmost_rpm = 12000\n",
-        &["spindle.to_rpm is 20000", "limit is 12000"],
+        &["spindle.to_rpm is 20000", "most_rpm, 12000"],
     );
     check(
         "misspelt.toml",

@@ -88,9 +88,9 @@ fn piece() -> impl Strategy<Value = Piece> {
 /// whose turn it is not.
 fn bytes(piece: &Piece, session: u32, turn: u32) -> Vec<u8> {
     let frame = |c: &Command, s: u32| {
-        let by = turn ^ u32::from(s % 5 == 0);
+        let by = turn ^ u32::from(s.is_multiple_of(5));
         let command = *c;
-        let session = session ^ u32::from(s % 8 == 0);
+        let session = session ^ u32::from(s.is_multiple_of(8));
         frame(&Order { by, command }, session, 1 + s % 300)
     };
     match piece {

@@ -97,15 +97,20 @@ fn the_runs_before_a_test_ended() {
     assert!(found[0].starts_with("run-00"), "{found:?}");
 }
 
-/// The modes cannot be written: the record is there, and the responses are.
+/// The modes cannot be written, for the disk is full: the record is there, and the responses
+/// are.
+#[cfg(target_os = "linux")]
 #[test]
 fn the_record_of_the_exciter() {
     let folder = Folder::default();
     let scenario = b"name = \"T\"\nabout = \"a test\"\nseconds = 1\n";
     let _ = folder.file("t.toml", scenario);
+    let full = folder.path().join("full");
+    std::fs::create_dir(&full).expect("a folder");
+    std::os::unix::fs::symlink("/dev/full", full.join("structure-x.json")).expect("a link");
     let ended = run(
         &folder,
-        "cers run {}/t.toml --quick --out {}/out --csv {}/responses.csv --structure {}/t.toml",
+        "cers run {}/t.toml --quick --out {}/out --csv {}/responses.csv --structure {}/full",
     );
     let kept = folder.path().join("out").display().to_string();
     assert_eq!(ended.code, Some(4), "{ended:?}");

@@ -407,6 +407,29 @@ impl<F: NorFlash> Half<'_, F> {
         Err(StoreError::Flash)
     }
 
+    /// Writes the last record once more, unless that has been done or something was written
+    /// at this start: a power cut may have ended its writing so late that it reads well now,
+    /// and another time does not.
+    pub fn seal(&mut self) {
+        let Some((page, _)) = self.head().filter(|_| *self.gap > 0) else {
+            return;
+        };
+        let (mut at, mut last, mut before) = (page, None, None);
+        while at < self.end_of(page) {
+            let found = self.look(at);
+            if let Found::Record(record) = found {
+                before = last.replace(record);
+            }
+            at += found.size();
+        }
+        if let Some(record) = last.filter(|record| record.claim.number != PAGE)
+            && before != last
+        {
+            // If that fails it stands as before.
+            let _ = self.append(&record, 0);
+        }
+    }
+
     /// Whether there is no room for a record, whatever is erased: one page stays free.
     pub fn is_full(&mut self, index: &Index, record: &Record) -> bool {
         let mut bytes = record.bytes().len() as u32;

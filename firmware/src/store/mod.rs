@@ -323,10 +323,15 @@ impl Loading {
                     .as_mut()
                     .and_then(|agreed| agreed.get_mut(which));
                 let more = index.and_then(|index| both.half(which).mend(index));
-                self.step = match (more, which) {
-                    (Some(_), _) => Step::Clear(which),
-                    (None, 0) => Step::Clear(1),
-                    (None, _) => Step::Tidy,
+                self.step = if more.is_some() {
+                    Step::Clear(which)
+                } else {
+                    both.half(which).seal();
+                    if which == 0 {
+                        Step::Clear(1)
+                    } else {
+                        Step::Tidy
+                    }
                 };
             }
             Step::Tidy => {

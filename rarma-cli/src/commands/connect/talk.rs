@@ -51,7 +51,7 @@ impl Talk {
 
     /// Ends whatever half frame the line still holds.
     pub fn end_frame(&mut self) -> Result<(), Failure> {
-        Ok(self.port.send(&[0])?)
+        self.port.send(&[0])
     }
 
     pub fn ask(&mut self, command: Command) -> Result<(), Failure> {

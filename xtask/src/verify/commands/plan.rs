@@ -117,6 +117,8 @@ impl Known {
             "verify" => Ok(Plan::Not("it is this run")),
             "count" => Ok(Plan::Stage("instruction counts")),
             "chip" => Ok(Plan::Stage("board figures")),
+            "fuzz" => Ok(Plan::Stage("fuzzing")),
+            "long" => Ok(Plan::Stage("long forms")),
             "fw" => self.firmware(words, rest),
             "qemu" => match rest.first() {
                 Some(elf)
