@@ -25,13 +25,15 @@ pub trait Subject {
 }
 
 impl Subject for Store {
-    /// A page whose erase or first record was cut is none of its.
+    /// A page whose erase or own record was cut is none of its.
     fn uses(&self, flash: &mut SimFlash, page: usize) -> bool {
         let mut word = [0; WORD];
         flash
             .read((page * SECTOR) as u32, &mut word)
             .expect("inside");
-        word[0] & 0x3F == 1 && word[4..6] == [0xFF; 2]
+        let mut words = page * SECTOR / WORD + 2..(page + 1) * SECTOR / WORD;
+        let is_laid = word[0] & 0x3F == 1 && word[4..6] == [0xFF; 2];
+        is_laid && words.any(|word| !flash.is_erased(word))
     }
 
     fn load(&mut self, flash: &mut SimFlash, settings: &mut Settings) -> bool {

@@ -20,6 +20,8 @@ const FORMAT: &[u8] = &[2];
 /// not hold up the box for longer than its watchdog waits.
 const TRIES: u32 = 3;
 const ERASES: u32 = 2;
+/// How often a word is looked at where it may read differently every time.
+const LOOKS: u32 = 16;
 
 /// What stands at a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,6 +42,15 @@ impl Found {
     }
 }
 
+/// Whether there was a page to be used next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Room {
+    /// There was.
+    Had,
+    /// There is now.
+    Made,
+}
+
 /// The newest records of a half.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Index {
@@ -57,6 +68,9 @@ pub(super) struct Index {
     pub garbage: u32,
     /// Pages with such words: bit 0 is the first page's.
     damaged: u32,
+    /// Pages with such words and nothing else, as an erase leaves them that a power cut ended:
+    /// what was there may be read again another time.
+    pub spoilt: u32,
 }
 
 /// A part of the flash: a whole number of pages, at least two.
@@ -165,6 +179,7 @@ impl<F: NorFlash> Half<'_, F> {
             foreign: 0,
             garbage: 0,
             damaged: 0,
+            spoilt: 0,
         };
         for page in self.pages() {
             let (mut at, records, mut garbage) = (page, index.records, 0);
@@ -180,6 +195,8 @@ impl<F: NorFlash> Half<'_, F> {
             if index.records > records && garbage > 0 {
                 index.garbage += garbage;
                 index.damaged |= self.bit(page);
+            } else if garbage > 0 {
+                index.spoilt |= self.bit(page);
             }
         }
         index
@@ -213,10 +230,19 @@ impl<F: NorFlash> Half<'_, F> {
     }
 
     /// Where a setting's newest record stands.
-    pub fn newest(&self, index: &Index, place: usize) -> Option<u32> {
+    fn newest(&self, index: &Index, place: usize) -> Option<u32> {
         index.order.get(place).filter(|order| **order > 0)?;
         let word = index.place.get(place)?;
         Some(self.range.start + u32::from(*word) * WORD as u32)
+    }
+
+    /// A setting's newest record, and where it stands; looked at until it reads well.
+    pub fn read(&mut self, index: &Index, place: usize) -> Option<(u32, Record)> {
+        let at = self.newest(index, place)?;
+        (0..LOOKS).find_map(|_| match self.look(at) {
+            Found::Record(record) => Some((at, record)),
+            _ => None,
+        })
     }
 
     /// The newest record of a number, and where it stands.
@@ -271,27 +297,37 @@ impl<F: NorFlash> Half<'_, F> {
         bytes
     }
 
+    /// Whether a word reads erased, not only once: after a power cut it may do so at times.
+    fn is_erased(&mut self, at: u32) -> bool {
+        (0..LOOKS).all(|_| self.look(at) == Found::Blank)
+    }
+
     /// Writes a record behind everything in a page, keeping so much room after it. None if
-    /// there is no room or it does not read as it should.
+    /// there is no room for one that reads as it should.
     fn put(&mut self, page: u32, record: &Record, margin: u32) -> Option<u32> {
-        // The words behind one that does not take it may.
-        for _ in 0..2 {
-            let end = self.end_of(page);
-            let mut at = end;
-            while at > page && self.look(at - WORD as u32) == Found::Blank {
-                at -= WORD as u32;
-            }
-            if at > page {
-                at += *self.gap;
-            }
-            if at + record.bytes().len() as u32 + margin > end {
-                return None;
+        let (end, size) = (self.end_of(page), record.bytes().len() as u32);
+        let mut at = end;
+        while at > page && self.look(at - WORD as u32) == Found::Blank {
+            at -= WORD as u32;
+        }
+        if at > page {
+            at += *self.gap;
+        }
+        let mut failed = 0;
+        while at + size + margin <= end && failed < TRIES {
+            let mut words = (at..at + size).step_by(WORD);
+            if let Some(unsure) = words.find(|word| !self.is_erased(*word)) {
+                at = unsure + WORD as u32;
+                continue;
             }
             let written = self.flash.write(at, record.bytes());
             if written.is_ok() && self.look(at) == Found::Record(*record) {
                 *self.gap = 0;
                 return Some(at);
             }
+            // The words behind those that do not take it may.
+            at += size;
+            failed += 1;
         }
         None
     }
@@ -370,21 +406,25 @@ impl<F: NorFlash> Half<'_, F> {
         self.look(page) == Found::Blank || self.count(page).is_some()
     }
 
-    /// Sees to it that the head is not the only page that could be used next. True if there
-    /// was something to do.
-    pub fn make_room(&mut self, index: &mut Index) -> bool {
+    /// Sees to it that the head is not the only page that could be used next. None if there
+    /// is no way to.
+    pub fn make_room(&mut self, index: &mut Index) -> Option<Room> {
         let Some((head, _)) = self.head() else {
-            return false;
+            return Some(Room::Had);
         };
         let mut full = None;
         for page in self.others(head) {
             if self.needed(index, page) > 0 {
                 full = full.or(Some(page));
             } else if self.is_sound(page) {
-                return false;
+                return Some(Room::Had);
             }
         }
-        full.is_some_and(|page| self.evacuate(index, page).is_ok())
+        match full {
+            Some(page) => self.evacuate(index, page).ok().map(|()| Room::Made),
+            // What is left is to be erased when it is used.
+            None => Some(Room::Had),
+        }
     }
 
     /// Adds a record, keeping so much room behind it while that costs nothing.
@@ -449,15 +489,14 @@ impl<F: NorFlash> Half<'_, F> {
     /// page is erased. None if there is no such page, false if it did not work.
     pub fn mend(&mut self, index: &mut Index) -> Option<bool> {
         let head = self.head().map(|(page, _)| page);
-        let damaged = |this: &Self, page: &u32| index.damaged & this.bit(*page) != 0;
-        let mut pages = self.pages().filter(|page| damaged(self, page));
-        let first = pages.next()?;
-        let page = if Some(first) == head {
-            pages.next().unwrap_or(first)
-        } else {
-            first
-        };
-        index.damaged &= !self.bit(page);
+        let pages = index.damaged | index.spoilt;
+        let is_one = |this: &Self, page: u32| pages & this.bit(page) != 0;
+        let other = self
+            .pages()
+            .find(|page| is_one(self, *page) && Some(*page) != head);
+        let page = other.or(head.filter(|page| is_one(self, *page)))?;
+        let rest = !self.bit(page);
+        (index.damaged, index.spoilt) = (index.damaged & rest, index.spoilt & rest);
         if self.needed(index, page) > 0 {
             let opened = self.open(index).is_ok();
             let head = self.head().map(|(page, _)| page);
@@ -467,5 +506,14 @@ impl<F: NorFlash> Half<'_, F> {
             }
         }
         Some(self.flash.erase(page, self.end_of(page)).is_ok())
+    }
+
+    /// Erases a page beside the head. Only while the other half has everything.
+    pub fn give_up(&mut self) -> bool {
+        let Some((head, _)) = self.head() else {
+            return false;
+        };
+        let page = self.others(head).next();
+        page.is_some_and(|page| self.flash.erase(page, self.end_of(page)).is_ok())
     }
 }

@@ -18,7 +18,7 @@ pub use record::VALUE_BYTES;
 use crate::board::BoxBoard;
 use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
-use half::{Found, GAP, Half, Index};
+use half::{Found, GAP, Half, Index, Room};
 use rarma_core::settings::{
     COUNT, RecordError, SETTINGS, Setting, SettingValue, Settings, find, from_record, to_record,
 };
@@ -28,8 +28,6 @@ use record::{Claim, PAGE, Record, WORD};
 const EARLIER_BYTES: u32 = 4 * 16;
 /// How often the halves are made to agree before the rest is left to the next start.
 const ROUNDS: u32 = 4;
-/// How often a record that read well is looked at until it does again.
-const LOOKS: u32 = 16;
 /// No place in the range: nothing is stored.
 const NOWHERE: u16 = u16::MAX;
 
@@ -149,15 +147,8 @@ impl<F: NorFlash> Both<'_, F> {
                 _ => (1, second),
             };
             differed = true;
-            let mut half = self.half(from);
             // What read well just now may not a moment later.
-            let found = half.newest(index, place).and_then(|at| {
-                (0..LOOKS).find_map(|_| match half.look(at) {
-                    Found::Record(record) => Some(record),
-                    _ => None,
-                })
-            });
-            let Some(record) = found else {
+            let Some((_, record)) = self.half(from).read(index, place) else {
                 continue;
             };
             if refuses {
@@ -315,7 +306,10 @@ impl Loading {
         match self.step {
             Step::Agree => {
                 self.agreed = agree(&mut both, range, &mut self.loaded);
-                self.step = Step::Clear(0);
+                self.step = match self.agreed {
+                    Some(_) => Step::Clear(0),
+                    None => Step::Take,
+                };
             }
             Step::Clear(which) => {
                 let index = self
@@ -364,6 +358,10 @@ fn agree<F: NorFlash>(
     let pages = || range.clone().step_by(F::ERASE_SIZE);
     if pages().any(|page| former::is_former(both.flash, page)) {
         loaded.lost = former::take_over(both.flash, range.clone()).is_err();
+        if loaded.lost {
+            // It is left as it is; another start may have more luck.
+            return None;
+        }
     }
     let mut indices = both.indices();
     if indices.iter().all(|index| index.records == 0) {
@@ -386,7 +384,8 @@ fn agree<F: NorFlash>(
     if indices.iter().any(|index| index.foreign > 0) {
         both.level_foreign();
     }
-    if indices.iter().any(|index| index.garbage > 0) {
+    // What is damaged in one half only stands in the other, if it did before.
+    if indices.iter().all(|index| index.garbage > 0) || !loaded.once.is_empty() {
         both.fallen(&indices, loaded);
     }
     Some(indices)
@@ -396,10 +395,28 @@ fn agree<F: NorFlash>(
 /// there is a free one. False if there is nothing to do.
 fn tidy<F: NorFlash>(both: &mut Both<'_, F>, range: &Range<u32>) -> bool {
     for which in [0, 1] {
+        let mut indices = both.indices();
+        let complete = indices[0].order == indices[1].order;
+        let Some(index) = indices.get_mut(which) else {
+            continue;
+        };
+        // Those have been erased, and read as before: they are worn.
+        index.spoilt = 0;
         let mut half = both.half(which);
-        let mut index = half.index();
-        if half.mend(&mut index) == Some(true) || half.make_room(&mut index) {
+        if half.mend(index) == Some(true) {
             return true;
+        }
+        match half.make_room(index) {
+            Some(Room::Had) => {}
+            Some(Room::Made) => return true,
+            None if complete && half.give_up() => {
+                // The other half has it all.
+                let indices = both.indices();
+                both.level(&indices, &mut Loaded::default());
+                both.level_foreign();
+                return true;
+            }
+            None => {}
         }
     }
     let mut pages = range.clone().step_by(F::ERASE_SIZE);
@@ -450,25 +467,25 @@ impl Store {
         settings: &mut Settings,
         loaded: &mut Loaded,
     ) {
-        let [first, second] = both.indices();
-        self.next = first.top.order.max(second.top.order) + 1;
+        let indices = both.indices();
+        self.next = indices
+            .iter()
+            .map(|index| index.top.order)
+            .fold(0, u32::max)
+            + 1;
         for (place, setting) in SETTINGS.iter().enumerate() {
             let order = |index: &Index| index.order.get(place).copied().unwrap_or(0);
-            let (which, index) = if order(&first) >= order(&second) {
-                (0, &first)
-            } else {
-                (1, &second)
-            };
-            let mut half = both.half(which);
-            let Some(at) = half.newest(index, place) else {
+            let newest = indices.iter().map(order).fold(0, u32::max);
+            let found = (0..).zip(&indices).find_map(|(which, index)| {
+                (order(index) == newest).then_some(())?;
+                both.half(which).read(index, place)
+            });
+            let Some((at, record)) = found else {
                 continue;
             };
             if let Some(there) = self.places.get_mut(place) {
                 *there = ((at - range.start) / WORD as u32) as u16;
             }
-            let Found::Record(record) = half.look(at) else {
-                continue;
-            };
             match from_record(setting, record.value()) {
                 Ok(None) => {}
                 // Checked by the record's reader.
