@@ -291,10 +291,13 @@ mod tests {
         Telemetry::Raw(raw)
     }
 
-    /// Streams as (session, first, samples with zeros for gaps).
-    fn taken(blocks: &[(u32, u64, u64)]) -> (Vec<(u32, u64, Vec<i16>)>, Vec<String>) {
+    /// Session, number of the first sample, samples with zeros for gaps.
+    type Taken = (u32, u64, Vec<i16>);
+
+    /// The streams, and what is said of each.
+    fn taken(blocks: &[(u32, u64, u64)]) -> (Vec<Taken>, Vec<String>) {
         let mut streams = RawStreams::default();
-        let mut out: Vec<(u32, u64, Vec<i16>)> = Vec::new();
+        let mut out: Vec<Taken> = Vec::new();
         let mut words = Vec::new();
         streams.told(1, 48_000.0);
         for (session, first, n) in blocks {
