@@ -158,7 +158,7 @@ fn ten_thousand_cuts_with_torn_words_torn_erases_and_bits_that_flip() {
 
 #[test]
 #[ignore = "minutes: 200 000 cuts"]
-fn two_hundred_thousand_cuts() {
+fn ten_thousand_cuts_with_torn_words_torn_erases_and_bits_that_flip_long() {
     let trials: Vec<Trial> = (0..20).flat_map(|seed| kinds(2_500, 100 + seed)).collect();
     held(&trials);
 }

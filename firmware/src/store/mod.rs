@@ -1,9 +1,9 @@
 //! Settings in flash, each as a record of its own that stands twice.
 //!
-//! Slow path. The range is two halves, each a journal of its own ([`half`]); every save
+//! Slow path. The range is two halves, each a journal of its own (`half`); every save
 //! goes to the first half, then to the second. So whatever one event does, a power cut in
 //! the middle of a word or an erase, a bit that flips, a page that wears out, or a half
-//! that is wiped, the other half has every setting. [`load`] makes the halves agree again,
+//! that is wiped, the other half has every setting. [`Store::load`] makes the halves agree again,
 //! empties pages that hold damaged words, and says what it found by name. No record has a
 //! part in another's being read.
 

@@ -1,6 +1,6 @@
 //! Standard output, checked.
 //!
-//! [`say!`](crate::say) is used in the middle of sentences that have no way to fail, so the
+//! `say!` is used in the middle of sentences that have no way to fail, so the
 //! first failure is kept here; nothing is written after it. A command that prints as it goes
 //! asks [`check`] now and then and stops; every other is told by [`end`], when its files are
 //! in place.

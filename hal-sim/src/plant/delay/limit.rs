@@ -47,7 +47,7 @@ pub struct Border {
 ///
 /// # Errors
 /// `NoLimit` if every depth of the scan up to `high_m` is stable, or none is, however
-/// small; `GivenUp` if the search takes more than [`MOST_WORK`]; `Unsettled` if it cannot
+/// small; `GivenUp` if the search takes more than `MOST_WORK`; `Unsettled` if it cannot
 /// be told whether a depth is stable; else what `at` gives.
 pub fn limit(
     search: &DepthSearch,

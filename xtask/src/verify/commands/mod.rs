@@ -3,7 +3,7 @@
 //!
 //! [`pages`] finds the lines, [`shell`] takes them apart, [`plan`] says what is done with a
 //! command, [`roles`] what its arguments are; [`inputs`] makes stand-ins for a reader's own
-//! files, [`run`] runs, [`lookup`] asks whether named tests exist. What is not known is a failure.
+//! files, [`run`] runs, `lookup` asks whether named tests exist. What is not known is a failure.
 
 pub mod inputs;
 mod lookup;
