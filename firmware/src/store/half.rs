@@ -447,6 +447,20 @@ impl<F: NorFlash> Half<'_, F> {
         Err(StoreError::Flash)
     }
 
+    /// Erases a head that holds nothing yet: a power cut may have ended the writing of its own
+    /// record, which then reads well at times.
+    pub fn drop_empty_head(&mut self) {
+        let Some((page, _)) = self.head() else {
+            return;
+        };
+        let end = self.end_of(page);
+        let mut words = (page + self.look(page).size()..end).step_by(WORD);
+        if words.all(|at| self.look(at) == Found::Blank) {
+            // If that fails it stays the head.
+            let _ = self.flash.erase(page, end);
+        }
+    }
+
     /// Writes the last record once more, unless that has been done or something was written
     /// at this start: a power cut may have ended its writing so late that it reads well now,
     /// and another time does not.
