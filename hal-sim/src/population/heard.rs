@@ -6,7 +6,7 @@
 //! when chatter can be heard: no detector and no spectrum is asked.
 
 use super::play::{Motion, borders_s, play};
-use super::state::{Cutting, Stretch};
+use super::state::{Cutting, Stretch, state_at};
 use super::{Cut, line, ranges as r};
 use crate::plant::PlantError;
 use crate::plant::converter::{Converter, ConverterConfig};
@@ -54,16 +54,14 @@ fn in_band(fs_hz: f64, sound: impl Iterator<Item = f64>) -> (Vec<f64>, f64) {
     (sound.filter_map(|x| filter.process(x)).collect(), rate_hz)
 }
 
-/// Power in windows.
+/// Power in windows, one beginning every [`HOP_S`].
 fn powers((sound, fs_hz): &(Vec<f64>, f64)) -> Vec<f64> {
     let squares: Vec<f64> = sound.iter().map(|y| y * y).collect();
-    let (window, hop) = (
-        ((WINDOW_S * fs_hz) as usize).max(1),
-        ((HOP_S * fs_hz) as usize).max(1),
-    );
-    squares
-        .windows(window)
-        .step_by(hop)
+    let window = ((WINDOW_S * fs_hz) as usize).max(1);
+    // A hop is no whole number of samples at every rate.
+    (0..)
+        .map(|k| (f64::from(k) * HOP_S * fs_hz).round() as usize)
+        .map_while(|from| squares.get(from..from + window))
         .map(|w| w.iter().sum::<f64>() / window as f64)
         .collect()
 }
@@ -122,10 +120,10 @@ pub(super) fn hear(cut: &Cut) -> Result<Heard, PlantError> {
         .zip(&heard)
         .map(|((added, free), heard)| added.min(free) / heard.max(f64::MIN_POSITIVE))
         .collect();
-    let peak = all.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let all: Vec<f64> = all.into_iter().step_by(sensor.folds).collect();
     let mut converter = Converter::new(
         ConverterConfig {
-            full_scale: (peak * sensor.headroom).max(f64::MIN_POSITIVE),
+            full_scale: sensor.full_scale(&all),
             bits: sensor.bits,
             dither: true,
         },
@@ -134,22 +132,10 @@ pub(super) fn hear(cut: &Cut) -> Result<Heard, PlantError> {
     let chatter_s = audible(&shares, stretches);
     Ok(Heard {
         fs_hz: sensor.fs_hz,
-        samples: all
-            .iter()
-            .step_by(sensor.folds)
-            .map(|x| converter.convert(*x).value)
-            .collect(),
+        samples: all.iter().map(|x| converter.convert(*x).value).collect(),
         chatter_hz: line::range_hz(&free.0, free.1, &chatter_s),
         chatter_s,
     })
-}
-
-/// State of the cut at `t` s.
-pub(super) fn state_at(stretches: &[Stretch], t: f64) -> Cutting {
-    let after = stretches.partition_point(|s| s.from_s <= t);
-    stretches
-        .get(after.saturating_sub(1))
-        .map_or(Cutting::Air, |s| s.cutting)
 }
 
 /// Stretches in which self-excitation holds its part of the power. They begin in an

@@ -163,6 +163,13 @@ impl Cut {
         heard::quiet_s(&self.planned.stretches, &heard.chatter_s, within)
     }
 
+    /// Whether nothing is cut at a time, s, nor was a moment before.
+    #[must_use]
+    pub fn in_air(&self, t_s: f64) -> bool {
+        let air = |t| state::state_at(&self.planned.stretches, t) == state::Cutting::Air;
+        air(t_s) && air(t_s - SLACK_S)
+    }
+
     /// Whether an alarm between two times, s, is neither right nor false: the cut was
     /// near its limit or beyond it there, unheard.
     #[must_use]
@@ -213,7 +220,7 @@ impl Cut {
         note(!self.sensor.accelerometer(), "microphone");
         note(self.sensor.folds > 1, "no anti-alias filter");
         note(self.sensor.fs_hz < 2000.0, "1.65 kHz logger");
-        note(self.sensor.headroom < 1.0, "clips");
+        note(self.sensor.clips.is_some(), "clips");
         out
     }
 }

@@ -144,8 +144,9 @@ pub const UNFILTERED: f64 = 0.15;
 pub const BITS: [u32; 4] = [12, 14, 16, 16];
 /// Full scale over the loudest sample: the gain.
 pub const HEADROOM: Span = Span::ratio(1.2, 30.0);
-/// Part of the recordings that clip, and full scale over the loudest sample there.
-pub const CLIPPED: (f64, Span) = (0.07, Span::even(0.5, 0.95));
+/// Part of the recordings that clip, and part of their samples that do: few enough for
+/// `rarma` not to refuse the file (one in a thousand).
+pub const CLIPPED: (f64, Span) = (0.07, Span::ratio(1e-5, 8e-4));
 /// Resonance of the enclosure: how often, Hz, damping, gain over the direct sound.
 pub const ENCLOSURE: (f64, Span, Span, Span) = (
     0.5,

@@ -18,8 +18,10 @@ pub struct Sensor {
     pub folds: usize,
     /// Bits of the converter.
     pub bits: u32,
-    /// Full scale over the loudest sample; below 1 it clips.
+    /// Full scale over the loudest sample, where it does not clip.
     pub headroom: f64,
+    /// Part of the samples that clip.
+    pub clips: Option<f64>,
     pickup: Pickup,
     gain: [f64; 2],
     distance_m: f64,
@@ -42,16 +44,12 @@ impl Sensor {
             zeta: zeta.draw(rng),
             gain: gain.draw(rng),
         });
-        let headroom = if chance(rng, r::CLIPPED.0) {
-            r::CLIPPED.1.draw(rng)
-        } else {
-            r::HEADROOM.draw(rng)
-        };
         Self {
             fs_hz,
             folds,
             bits: one_of(rng, &r::BITS),
-            headroom,
+            headroom: r::HEADROOM.draw(rng),
+            clips: chance(rng, r::CLIPPED.0).then(|| r::CLIPPED.1.draw(rng)),
             pickup: if microphone {
                 one_of(rng, &[Pickup::Acceleration, Pickup::Velocity])
             } else {
@@ -77,6 +75,22 @@ impl Sensor {
     #[must_use]
     pub fn inner_hz(&self) -> f64 {
         self.fs_hz * self.folds as f64
+    }
+
+    /// Full scale for these samples.
+    pub(super) fn full_scale(&self, samples: &[f64]) -> f64 {
+        let mut sizes: Vec<f64> = samples.iter().map(|x| x.abs()).collect();
+        sizes.sort_unstable_by(f64::total_cmp);
+        let beyond = self
+            .clips
+            .map_or(0, |part| (part * sizes.len() as f64) as usize);
+        let largest = sizes.iter().rev().nth(beyond).copied().unwrap_or(0.0);
+        let headroom = if self.clips.is_some() {
+            1.0
+        } else {
+            self.headroom
+        };
+        (largest * headroom).max(f64::MIN_POSITIVE)
     }
 
     pub(super) fn microphone(&self, converter: ConverterConfig) -> MicrophoneConfig {

@@ -12,6 +12,8 @@ pub const LEAST_DAMPING: f64 = 0.005;
 pub const SAFE_PART: f64 = 0.8;
 /// Pieces a ramp of the depth is judged in.
 const RAMP_PIECES: usize = 6;
+/// The same where the speed is not the nominal one: each piece has roots of its own there.
+const RAMP_PIECES_ELSEWHERE: usize = 3;
 /// Pieces a ramp of the speed is judged in.
 const SPEED_PIECES: usize = 4;
 
@@ -35,6 +37,14 @@ pub struct Stretch {
     pub from_s: f64,
     /// State.
     pub cutting: Cutting,
+}
+
+/// State of the cut at `t` s.
+pub(super) fn state_at(stretches: &[Stretch], t: f64) -> Cutting {
+    let after = stretches.partition_point(|s| s.from_s <= t);
+    stretches
+        .get(after.saturating_sub(1))
+        .map_or(Cutting::Air, |s| s.cutting)
 }
 
 /// Stretches near the limit or beyond it, from and to, s.
@@ -121,7 +131,11 @@ impl<'a> Judge<'a> {
         let mut out: Vec<Stretch> = Vec::new();
         for pair in times.windows(2) {
             let pieces = if depth.at(pair[0]) != depth.at(pair[1]) {
-                RAMP_PIECES
+                if speed_at(pair[0]) == nominal_hz && speed_at(pair[1]) == nominal_hz {
+                    RAMP_PIECES
+                } else {
+                    RAMP_PIECES_ELSEWHERE
+                }
             } else if speed_at(pair[0]) != speed_at(pair[1]) {
                 SPEED_PIECES
             } else {

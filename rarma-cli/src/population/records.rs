@@ -45,7 +45,7 @@ fn figures(sum: &Sum) -> Value {
     json!({
         "cuts": sum.cuts, "chatters": sum.chatters, "detected": round(sum.detected(), 4),
         "called_or_warned": round(sum.told(), 4), "covered": round(sum.coverage(), 4),
-        "latency_s": round(sum.latency_s(), 3), "false_alarms": sum.false_alarms,
+        "latency_s": round(sum.latency_s(), 3), "false_alarms": sum.false_alarms, "false_in_air": sum.false_in_air,
         "quiet_h": round(Some(sum.quiet_h()), 4), "false_per_hour": round(sum.false_per_hour(), 2),
         "quiet_alarmed": round(sum.alarmed(), 4), "quiet_warned": round(sum.warned(), 4),
     })

@@ -20,6 +20,8 @@ pub struct Score {
     pub latency_s: Option<f64>,
     /// False alarms.
     pub false_alarms: u32,
+    /// Of them, begun in air.
+    pub false_in_air: u32,
     /// Clearly stable cutting, s.
     pub quiet_s: f64,
     /// Of it, in alarm, s.
@@ -50,18 +52,21 @@ pub fn judge(cut: &Cut, heard: &Heard, said: &Said) -> Score {
     // A chatter of the first window was under way: nobody knows since when.
     let began = chatter.first().map(|c| c.0).filter(|t| *t > SLACK_S);
     // False is what begins where there is nothing to call, wherever it ends.
-    let false_alarms = said
+    let false_s: Vec<f64> = said
         .alarms
         .iter()
-        .filter(|a| !near(a.on_s, a.on_s) && !cut.excuses(a.on_s, a.on_s))
-        .count();
+        .map(|a| a.on_s)
+        .filter(|t| !near(*t, *t) && !cut.excuses(*t, *t))
+        .collect();
+    let in_air = false_s.iter().filter(|t| cut.in_air(**t)).count();
     Score {
         chatter: !chatter.is_empty(),
         hit: first.is_some(),
         told: first.is_some() || said.warnings_s.iter().any(|w| near(w.0, w.1)),
         covered: if length > 0.0 { covered / length } else { 0.0 },
         latency_s: began.and_then(|t| first.map(|a| (a.on_s - t).max(0.0))),
-        false_alarms: false_alarms as u32,
+        false_alarms: false_s.len() as u32,
+        false_in_air: in_air as u32,
         quiet_s: quiet(0.0, cut.length_s()),
         alarmed_s: said.alarms.iter().map(|a| quiet(a.on_s, a.off_s)).sum(),
         warned_s: said.warnings_s.iter().map(|w| quiet(w.0, w.1)).sum(),
@@ -81,6 +86,8 @@ pub struct Sum {
     latencies_s: Vec<f64>,
     /// False alarms.
     pub false_alarms: u32,
+    /// Of them, begun in air.
+    pub false_in_air: u32,
     quiet_s: f64,
     alarmed_s: f64,
     warned_s: f64,
@@ -96,6 +103,7 @@ impl Sum {
         self.covered += if score.chatter { score.covered } else { 0.0 };
         self.latencies_s.extend(score.latency_s);
         self.false_alarms += score.false_alarms;
+        self.false_in_air += score.false_in_air;
         self.quiet_s += score.quiet_s;
         self.alarmed_s += score.alarmed_s;
         self.warned_s += score.warned_s;
@@ -180,7 +188,7 @@ mod tests {
             }
             let silent = judge(&cut, &heard, &Said::default());
             assert!(!silent.hit && silent.covered == 0.0 && silent.false_alarms == 0);
-            // An alarm over the whole recording is false where there is nothing to call.
+            // An alarm over the whole recording is false where it begins with nothing to call.
             let always = Said {
                 alarms: vec![Alarm {
                     on_s: 0.0,
@@ -190,8 +198,11 @@ mod tests {
                 warnings_s: Vec::new(),
             };
             let score = judge(&cut, &heard, &always);
-            let nothing = !score.chatter && !cut.excuses(0.0, cut.length_s());
+            let early = heard.chatter_s.first().is_some_and(|c| c.0 < SLACK_S);
+            let nothing = !early && !cut.excuses(0.0, 0.0);
             assert_eq!(score.false_alarms, u32::from(nothing), "{seed}");
+            assert_eq!(score.false_in_air, u32::from(nothing && cut.in_air(0.0)));
+            assert_eq!(score.hit, score.chatter);
             seen.1 += u32::from(nothing);
         }
         assert!(seen.0 > 0 && seen.1 > 0, "{seen:?}");
