@@ -5,6 +5,7 @@ pub mod board;
 pub mod exciter;
 pub mod microphone;
 pub mod plant;
+pub mod population;
 pub mod rig;
 
 pub use board::{SimBoard, SimClock, SimLink};

@@ -96,6 +96,12 @@ pub fn cases() -> Vec<Case> {
             &["page/index.html"],
         ),
         case(
+            "population",
+            "--seeds 3:4 --told exact --out OUT/cuts --report OUT/page",
+            &["cuts/cut-000003.wav", "cuts/labels.json", "page/index.html"],
+        ),
+        case("population", "--seeds 3:4 --detectors none --json", &[]),
+        case(
             "els model",
             "els-short-tool --uff OUT/tool.uff --report OUT/page",
             &["tool.uff", "page/index.html"],

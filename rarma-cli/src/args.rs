@@ -17,7 +17,7 @@ pub use els::{
 pub use ldbb::{KnownArgs, LdbbAnalyseArgs, LdbbCommand, LdbbCompareArgs, LdbbRunArgs};
 pub use psd::{Criterion, PsdArgs, PsdMethod};
 pub use sensor_box::{BoxArgs, ConnectArgs, DecodeArgs};
-pub use virtual_machine::{ChooseOrderArgs, LobesArgs, SimulateArgs, SweepArgs};
+pub use virtual_machine::{ChooseOrderArgs, LobesArgs, PopulationArgs, SimulateArgs, SweepArgs};
 
 use crate::input::{Known, Raw};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -64,6 +64,8 @@ pub enum Command {
     ChooseOrder(ChooseOrderArgs),
     /// One virtual cut at many depths: true damping, what is read, and the surface.
     Sweep(SweepArgs),
+    /// Judge the monitor, and simpler detectors beside it, on machines drawn at random.
+    Population(PopulationArgs),
     /// The elastic linked system: receptances in any direction, limits all round, the
     /// computational model.
     #[command(subcommand)]

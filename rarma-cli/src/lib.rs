@@ -36,6 +36,7 @@ pub mod key;
 pub mod ldbb;
 mod one_line;
 pub mod output;
+pub mod population;
 pub mod port;
 pub mod raw_streams;
 pub mod record;

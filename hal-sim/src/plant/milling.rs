@@ -310,6 +310,7 @@ impl Milling {
     fn cut<const WRITE: bool>(&mut self, m: &Motion, now: &Now) -> ([f64; 3], f64) {
         let count = self.cells.len();
         let linear = self.config.contact == Contact::Linear;
+        let forgets = self.config.contact == Contact::NoMemory;
         let radius = 0.5 * self.config.diameter_m;
         let x = m.q[0] + now.feed - self.feed_ahead * m.turn;
         let mut force = [now.background[0], now.background[1], 0.0];
@@ -325,7 +326,9 @@ impl Milling {
                 }
                 let tip = x * cell.sin + m.q[1] * cell.cos + runout;
                 let h = tip - row[place];
-                if WRITE && (h > 0.0 || linear) {
+                if WRITE && forgets {
+                    row[place] = row[place].max(now.feed * cell.sin + runout);
+                } else if WRITE && (h > 0.0 || linear) {
                     row[place] = tip;
                 }
                 if b <= 0.0 || (h <= 0.0 && !linear) {

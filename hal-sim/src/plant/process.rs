@@ -19,6 +19,10 @@ pub enum Contact {
     /// surface: the linear delay equation behind the stability limit. For
     /// stability studies only; no edge force acts.
     Linear,
+    /// The tooth leaves the material as it does in [`Contact::Real`], but every pass
+    /// leaves the surface of a rigid tool: the same forces without regeneration. What a
+    /// cut does beyond it is self-excited.
+    NoMemory,
 }
 
 /// A quantity over time, piecewise linear and not negative: axial depth (milling),

@@ -163,8 +163,10 @@ impl Turning {
         let (force, chip) = self.cut(q + feed, v, cell, width, &noise);
         self.force = force;
         let tip = q + feed;
-        if tip > self.surface[cell] || self.config.contact == Contact::Linear {
-            self.surface[cell] = tip;
+        match self.config.contact {
+            Contact::NoMemory => self.surface[cell] = feed,
+            Contact::Linear => self.surface[cell] = tip,
+            Contact::Real => self.surface[cell] = self.surface[cell].max(tip),
         }
         TurnSample {
             t,

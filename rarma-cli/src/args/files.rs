@@ -32,6 +32,9 @@ impl Command {
             Self::Sweep(a) => files
                 .read(&a.scenarios)
                 .folder("--report", a.report.as_ref(), PAGE),
+            Self::Population(a) => files
+                .folder("--out", a.out.as_ref(), &["labels.json"])
+                .folder("--report", a.report.as_ref(), PAGE),
             Self::Els(command) => els(command, files),
             Self::Ldbb(command) => ldbb(command, files),
             Self::Cers(command) => cers(command, files),

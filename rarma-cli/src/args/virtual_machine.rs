@@ -144,3 +144,62 @@ fn speeds(text: &str) -> Result<(f64, f64), String> {
         .then_some((low, high))
         .ok_or("must lie between 60 and 200000, the lower speed first".to_owned())
 }
+
+/// Options of `population`.
+#[derive(Debug, Clone, Args)]
+pub struct PopulationArgs {
+    /// First seed and the one after the last.
+    #[arg(long, value_name = "A:B", default_value = "0:100", value_parser = seeds)]
+    pub seeds: (u64, u64),
+    /// How the speed is told, one or more separated by commas.
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "1,3,none")]
+    pub told: Vec<crate::population::Told>,
+    /// Who is judged, separated by commas: monitor, plain, bare-damping, or none.
+    #[arg(long, default_value = "monitor,plain,bare-damping", value_parser = detectors)]
+    pub detectors: Chosen,
+    /// The monitor at several damping thresholds, not at its usual one only.
+    #[arg(long)]
+    pub curve: bool,
+    /// One JSON object a cut on standard output, the summary last.
+    #[arg(long)]
+    pub json: bool,
+    /// Write a page with curves and tables into this folder.
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
+    /// Write every cut as a WAV into this folder, and labels.json with what is true of it.
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
+
+/// Detectors by their places.
+#[derive(Debug, Clone)]
+pub struct Chosen(pub Vec<usize>);
+
+fn detectors(text: &str) -> Result<Chosen, String> {
+    if text == "none" {
+        return Ok(Chosen(Vec::new()));
+    }
+    let known = |name: &str| {
+        crate::population::detectors::named(name).ok_or_else(|| format!("{name}: no such detector"))
+    };
+    let mut places: Vec<usize> = text.split(',').map(known).collect::<Result<_, _>>()?;
+    places.sort_unstable();
+    places.dedup();
+    Ok(Chosen(places))
+}
+
+/// Most cuts in one run.
+const MOST_CUTS: u64 = 1_000_000;
+
+fn seeds(text: &str) -> Result<(u64, u64), String> {
+    let ends = text
+        .split_once(':')
+        .and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
+    match ends {
+        Some((from, to)) if from < to && to - from <= MOST_CUTS => Ok((from, to)),
+        Some(_) => Err(format!(
+            "the second must be above the first, by at most {MOST_CUTS}"
+        )),
+        None => Err("must be two whole numbers such as 0:100".to_owned()),
+    }
+}

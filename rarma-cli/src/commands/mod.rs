@@ -16,6 +16,7 @@ mod lobes;
 mod monitor;
 mod order;
 mod pair;
+mod population;
 mod process;
 mod psd;
 mod sensor_box;
@@ -56,6 +57,7 @@ pub fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Simulate(args) => simulate::main(args),
         Command::ChooseOrder(args) => choose_order::main(args),
         Command::Sweep(args) => sweep::main(args),
+        Command::Population(args) => population::main(args),
         Command::Els(command) => els::main(command),
         Command::Ldbb(command) => ldbb::main(command),
         Command::Cers(command) => cers::main(command),

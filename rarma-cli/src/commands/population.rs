@@ -1,0 +1,90 @@
+//! `rarma population`: detectors on machines drawn at random, against the truth.
+
+use super::show;
+use crate::args::PopulationArgs;
+use crate::failure::Failure;
+use crate::output;
+use crate::population::detectors::ALL;
+use crate::population::page::{HEAD, cells, page};
+use crate::population::records::{cut_record, summary};
+use crate::population::{Asked, Judged, Tally, judged, labels};
+use rayon::prelude::*;
+use serde_json::json;
+
+/// Cuts in work at once: enough for all cores, few enough for the memory.
+const BATCH: u64 = 32;
+
+pub(super) fn main(args: &PopulationArgs) -> Result<u8, Failure> {
+    let (from, to) = args.seeds;
+    let asked = Asked {
+        tellings: args.told.clone(),
+        detectors: args.detectors.0.clone(),
+        curve: args.curve,
+    };
+    if let Some(folder) = &args.out {
+        output::folder(folder)?;
+    }
+    let bar = show::progress(to - from, "cutting");
+    let mut tally = Tally::default();
+    let mut list = Vec::new();
+    for begin in (from..to).step_by(BATCH as usize) {
+        let seeds = begin..to.min(begin + BATCH);
+        let batch: Vec<Judged> = seeds
+            .into_par_iter()
+            .map(|seed| {
+                let one = judged(seed, &asked)?;
+                if let Some(folder) = &args.out {
+                    labels::write_recording(folder, &one)?;
+                }
+                bar.inc(1);
+                Ok(one)
+            })
+            .collect::<Result<_, Failure>>()?;
+        for one in &batch {
+            tally.add(one);
+            if args.json {
+                say!("{}", cut_record(one));
+            }
+            if args.out.is_some() {
+                list.push(labels::label(one));
+            }
+        }
+    }
+    bar.finish_and_clear();
+    if let Some(folder) = &args.out {
+        labels::write_list(folder, &list)?;
+    }
+    if let Some(dir) = &args.report {
+        let page = page(args.seeds, &asked, &tally);
+        output::write_all(dir, [("index.html".to_owned(), page.into_bytes())])?;
+    }
+    if args.json {
+        say!("{}", json!({ "summary": summary(args.seeds, &tally) }));
+    } else {
+        words(&tally);
+    }
+    Ok(0)
+}
+
+fn words(tally: &Tally) {
+    say!(
+        "{} cuts; in {} chatter can be heard; {} are undecidable and in no figure below",
+        tally.cuts,
+        tally.chatters,
+        tally.undecidable
+    );
+    if tally.sums.is_empty() {
+        return;
+    }
+    say!("| speed | detector | threshold | {} |", HEAD.join(" | "));
+    say!("|---|---|---|{}", "---:|".repeat(HEAD.len()));
+    for ((told, detector, k), sum) in &tally.sums {
+        say!(
+            "| {} | {} | {} | {} |",
+            told.name(),
+            ALL[*detector].name(),
+            ALL[*detector].thresholds()[*k],
+            cells(sum).join(" | ")
+        );
+    }
+}

@@ -1,0 +1,110 @@
+//! Detectors on a population of machines that none of them has heard.
+//!
+//! Every cut is drawn, played once, and given to every detector with every way the speed
+//! is told, so that differences are those of detector and telling.
+
+pub mod detectors;
+pub mod labels;
+pub mod page;
+pub mod records;
+pub mod score;
+pub mod tally;
+pub mod told;
+
+use crate::failure::Failure;
+use detectors::{ALL, Recording, Said};
+use hal_sim::population::Cut;
+use hal_sim::population::heard::Heard;
+use score::{Score, judge};
+use std::time::Instant;
+pub use tally::Tally;
+pub use told::Told;
+
+/// What was asked of whom: telling, place of the detector in [`ALL`], and that of the
+/// threshold among its own; the first is its usual one.
+pub type Question = (Told, usize, usize);
+
+/// What came of a question.
+#[derive(Debug)]
+pub struct Answer {
+    /// The question.
+    pub question: Question,
+    /// What was said.
+    pub said: Said,
+    /// What it is worth.
+    pub score: Score,
+}
+
+/// A cut with what came of it.
+#[derive(Debug)]
+pub struct Judged {
+    /// The cut.
+    pub cut: Cut,
+    /// As recorded.
+    pub heard: Heard,
+    /// All questions.
+    pub answers: Vec<Answer>,
+    /// Time it took to draw, to play and to judge, s.
+    pub took_s: [f64; 3],
+}
+
+/// Who is asked, and how.
+#[derive(Debug, Clone)]
+pub struct Asked {
+    /// How the speed is told.
+    pub tellings: Vec<Told>,
+    /// Places of the detectors in [`ALL`].
+    pub detectors: Vec<usize>,
+    /// All thresholds of those, too, that have to listen anew for each.
+    pub curve: bool,
+}
+
+/// Draws, plays and judges the cut of one seed.
+///
+/// # Errors
+/// What plant or monitor refuse: a defect of the population.
+pub fn judged(seed: u64, asked: &Asked) -> Result<Judged, Failure> {
+    let failed = |why| Failure::System(format!("seed {seed}: {why}"));
+    let clock = Instant::now();
+    let cut = Cut::draw(seed).map_err(failed)?;
+    let drawn_s = clock.elapsed().as_secs_f64();
+    let heard = cut.hear().map_err(failed)?;
+    let played_s = clock.elapsed().as_secs_f64();
+    let mut answers: Vec<Answer> = Vec::new();
+    for place in &asked.detectors {
+        let detector = ALL[*place];
+        let thresholds = match detector.thresholds() {
+            all if asked.curve || !detector.listens_anew() => all,
+            all => &all[..all.len().min(1)],
+        };
+        let mut last: Option<Vec<Said>> = None;
+        for told in &asked.tellings {
+            let said = match last.take().filter(|_| !detector.asks_speed()) {
+                Some(same) => same,
+                None => {
+                    let speed = told.speed(&cut);
+                    let aliased = cut.sensor.folds > 1;
+                    let recording = Recording::new(&heard, speed, cut.teeth(), aliased);
+                    detector.listen(&recording, thresholds)?
+                }
+            };
+            answers.extend(said.iter().enumerate().map(|(k, said)| Answer {
+                question: (*told, *place, k),
+                score: judge(&cut, &heard, said),
+                said: said.clone(),
+            }));
+            last = Some(said);
+        }
+    }
+    let took_s = [
+        drawn_s,
+        played_s - drawn_s,
+        clock.elapsed().as_secs_f64() - played_s,
+    ];
+    Ok(Judged {
+        cut,
+        heard,
+        answers,
+        took_s,
+    })
+}

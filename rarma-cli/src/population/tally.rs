@@ -1,0 +1,51 @@
+//! All cuts together.
+
+use super::{Judged, Question, Told};
+use crate::population::score::Sum;
+use std::collections::BTreeMap;
+
+/// The name of cuts in which nobody could tell, among the kinds.
+pub const UNDECIDABLE: &str = "undecidable (in no other figure)";
+
+/// All cuts together.
+#[derive(Debug, Default)]
+pub struct Tally {
+    /// Cuts.
+    pub cuts: u32,
+    /// Of them, with chatter that can be heard.
+    pub chatters: u32,
+    /// Cuts in which nobody could tell; they are in no sum but their own kind's.
+    pub undecidable: u32,
+    /// By question.
+    pub sums: BTreeMap<Question, Sum>,
+    /// At the usual threshold, by telling, detector and kind of cut.
+    pub kinds: BTreeMap<(Told, usize, &'static str), Sum>,
+}
+
+impl Tally {
+    /// Adds a cut.
+    pub fn add(&mut self, judged: &Judged) {
+        self.cuts += 1;
+        self.chatters += u32::from(!judged.heard.chatter_s.is_empty());
+        let undecidable = judged.cut.undecidable();
+        self.undecidable += u32::from(undecidable);
+        let kinds = if undecidable {
+            vec![UNDECIDABLE]
+        } else {
+            judged.cut.kinds()
+        };
+        for answer in &judged.answers {
+            let (told, detector, threshold) = answer.question;
+            if !undecidable {
+                let sum = self.sums.entry(answer.question).or_default();
+                sum.add(&answer.score);
+            }
+            if threshold == 0 {
+                for kind in &kinds {
+                    let sum = self.kinds.entry((told, detector, kind)).or_default();
+                    sum.add(&answer.score);
+                }
+            }
+        }
+    }
+}
