@@ -9,7 +9,7 @@
 //! 10 million at every order:
 //!
 //! ```sh
-//! cargo test --release -p host-tests --test health -- --ignored --nocapture million
+//! cargo test --release -p host-tests --test health -- --ignored --nocapture long
 //! ```
 
 use host_tests::bound::ModeBound;

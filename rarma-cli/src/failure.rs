@@ -40,6 +40,18 @@ impl Failure {
         }
     }
 
+    /// The same, saying first where its file was named: one that names another.
+    #[must_use]
+    pub fn within(mut self, place: impl fmt::Display) -> Self {
+        match &mut self {
+            Self::Usage(text) | Self::Input(text) | Self::System(text) => {
+                *text = format!("{place}: {text}");
+            }
+            Self::Closed => {}
+        }
+        self
+    }
+
     /// The same, saying in the same line what was kept all the same.
     #[must_use]
     pub fn kept(mut self, what: impl fmt::Display) -> Self {

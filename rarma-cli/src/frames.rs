@@ -1,5 +1,6 @@
 //! Frames of a box, from wherever they come: decoded, counted, told in words or JSON, kept.
 
+use crate::one_line::OneLine;
 use crate::speech::shown;
 use rarma_core::guard::{Denial, FaultCode, FaultRecord, Severity};
 use rarma_core::ldbb::Proof;
@@ -273,8 +274,8 @@ pub fn answer_words(answer: &Answer) -> String {
         Answer::Refused(why) => format!("refused: {}", refused_words(why)),
         Answer::Identity(id) => format!(
             "{}, firmware {}, {} settings (schema {}), microphone {} Hz, current loop {} Hz, started by {:?}{}",
-            id.board,
-            id.version,
+            OneLine(&id.board),
+            OneLine(&id.version),
             id.settings,
             id.schema,
             id.sample_rate_hz,

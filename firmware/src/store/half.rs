@@ -8,7 +8,7 @@
 //! elsewhere, and it is erased right before it is used, whatever it reads as: an erase that
 //! a power cut ended may read as a perfect one.
 
-use super::record::{Claim, PAGE, RECORD_MOST, Record, WORD};
+use super::record::{Claim, PAGE, RECORD_MOST, Record, WORD, size};
 use super::{StoreError, place_of};
 use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
@@ -16,6 +16,8 @@ use rarma_core::settings::COUNT;
 
 /// What the record of a page says: this format.
 const FORMAT: &[u8] = &[2];
+/// Bytes of the record of a page.
+const OWN_BYTES: u32 = size(FORMAT.len()) as u32;
 /// How often a save tries to find room, and pages it erases for it at most: a worn half must
 /// not hold up the box for longer than its watchdog waits.
 const TRIES: u32 = 3;
@@ -142,8 +144,7 @@ impl<F: NorFlash> Half<'_, F> {
     /// the first save of all was cut.
     pub fn is_blank(&mut self) -> bool {
         self.pages().all(|page| {
-            let own = Record::new(PAGE, 1, FORMAT).map_or(0, |record| record.bytes().len());
-            let mut places = (page + own as u32..self.end_of(page)).step_by(WORD);
+            let mut places = (page + OWN_BYTES..self.end_of(page)).step_by(WORD);
             places.all(|at| self.look(at) == Found::Blank)
         })
     }
@@ -447,17 +448,18 @@ impl<F: NorFlash> Half<'_, F> {
         Err(StoreError::Flash)
     }
 
-    /// Erases a head that holds nothing yet: a power cut may have ended the writing of its own
-    /// record, which then reads well at times.
-    pub fn drop_empty_head(&mut self) {
-        let Some((page, _)) = self.head() else {
-            return;
-        };
-        let end = self.end_of(page);
-        let mut words = (page + self.look(page).size()..end).step_by(WORD);
-        if words.all(|at| self.look(at) == Found::Blank) {
-            // If that fails it stays the head.
-            let _ = self.flash.erase(page, end);
+    /// Erases pages that hold nothing but their own record: a power cut may have ended its
+    /// writing, and it reads well at times.
+    pub fn drop_empty_pages(&mut self) {
+        for page in self.pages() {
+            let (own, end) = (page + OWN_BYTES, self.end_of(page));
+            let mut rest = (own..end).step_by(WORD);
+            if rest.all(|at| self.look(at) == Found::Blank)
+                && !(page..own).step_by(WORD).all(|at| self.is_erased(at))
+            {
+                // If that fails it stays as it is.
+                let _ = self.flash.erase(page, end);
+            }
         }
     }
 
@@ -495,7 +497,7 @@ impl<F: NorFlash> Half<'_, F> {
         if self.search(record.claim.number).is_some() {
             bytes = 0;
         }
-        let page = Self::PAGE_BYTES - (2 * WORD + RECORD_MOST) as u32;
+        let page = Self::PAGE_BYTES - OWN_BYTES - RECORD_MOST as u32;
         needed + bytes > (pages - 1) * page
     }
 

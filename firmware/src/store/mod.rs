@@ -363,8 +363,8 @@ fn agree<F: NorFlash>(
             return None;
         }
     }
-    both.half(0).drop_empty_head();
-    both.half(1).drop_empty_head();
+    both.half(0).drop_empty_pages();
+    both.half(1).drop_empty_pages();
     let mut indices = both.indices();
     if indices.iter().all(|index| index.records == 0) {
         if both.half(0).is_blank() && both.half(1).is_blank() {

@@ -28,7 +28,8 @@ const CHECK: usize = 4;
 pub(super) const RECORD_MOST: usize = size(VALUE_BYTES);
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
-const fn size(length: usize) -> usize {
+/// Bytes of a record with a value of so many.
+pub(super) const fn size(length: usize) -> usize {
     (HEAD + length + CHECK).next_multiple_of(WORD)
 }
 

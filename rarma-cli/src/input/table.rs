@@ -13,7 +13,7 @@
 
 use super::bytes::Bytes;
 use super::stream::{Begin, Blocks, End};
-use super::time::{TimeColumn, resolution_of};
+use super::time::{TimeColumn, is_rate, resolution_of};
 use super::{InputError, Problem, no_channel};
 
 /// Longest line that is read, bytes.
@@ -40,7 +40,7 @@ pub(super) fn begin(mut bytes: Bytes, fs: Option<f64>) -> Result<Begin, InputErr
     }
     let channels = table.channels_there();
     let told = table.comment_fs.map(|(_, fs)| fs);
-    let told = told.filter(|fs| fs.is_finite() && *fs > 0.0);
+    let told = told.filter(|fs| is_rate(*fs));
     Ok(Begin {
         format: match table.columns {
             0 | 1 => "CSV, values only".into(),
@@ -291,7 +291,7 @@ impl Table {
                 Ok(asked)
             }
             (Some(fs), None) => Ok(fs),
-            (None, Some((_, fs))) if fs.is_finite() && fs > 0.0 => Ok(fs),
+            (None, Some((_, fs))) if is_rate(fs) => Ok(fs),
             (None, Some((line, fs))) => Err(InputError::new(
                 Problem::Rate,
                 format!("line {line}"),

@@ -138,7 +138,7 @@ impl TimeColumn {
         }
         let span = last - first;
         let fs = (self.count - 1) as f64 / span;
-        if !(fs.is_finite() && fs > 0.0) {
+        if !is_rate(fs) {
             let what = format!("time spans {span} s");
             return fail(self.lines.0, what, "repair the time column");
         }
@@ -151,6 +151,12 @@ impl TimeColumn {
             fs
         })
     }
+}
+
+/// Whether a number can be a sampling rate, Hz: from a sample in ten days on, and so that
+/// the length of any recording is a number.
+pub(super) fn is_rate(fs: f64) -> bool {
+    (1e-6..1e15).contains(&fs)
 }
 
 /// Place value of the last digit of a printed decimal number.
@@ -189,6 +195,17 @@ mod tests {
         assert_eq!(rate(44100.0, 2 * FIRST, 6), 44100.0);
         assert_eq!(rate(12.5, 100, 3), 12.5);
         assert_eq!(rate(0.5, 10, 0), 0.5);
+    }
+
+    #[test]
+    fn times_that_give_no_rate_or_no_length_are_refused() {
+        for (first, last) in [(0.0, 1e308), (-1e308, 1e308), (0.0, 5e-324)] {
+            let mut c = TimeColumn::default();
+            c.push(first, 1, 0.1);
+            c.push(last, 2, 0.1);
+            let e = c.rate().unwrap_err();
+            assert_eq!((e.problem, e.place), (Problem::Time, "line 1".to_owned()));
+        }
     }
 
     #[test]

@@ -133,7 +133,9 @@ fn listening(file: &str, cut: Loaded) -> Result<AtWork, Failure> {
 pub fn parse_box(file: &str, text: &str, seed: Option<u64>) -> Result<AtWork, Failure> {
     let (mut at_work, cut) = file::parse(file, text, &box_schema(), |root| read(root, seed))?;
     if cut != QUIET {
-        let heard = listening(&cut, load(&cut, seed)?)?;
+        let heard = load(&cut, seed)
+            .and_then(|loaded| listening(&cut, loaded))
+            .map_err(|why| why.within(format_args!("{file}: hears")))?;
         at_work.spindle_hz = heard.spindle_hz;
         at_work.cut = heard.cut;
         at_work.host.splice(0..0, heard.host);

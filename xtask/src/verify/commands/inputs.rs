@@ -91,6 +91,10 @@ impl Maker {
                 process::status(command.stdout(std::process::Stdio::null()))?;
                 at("box.frames")
             }
+            Input::Key => self.write(
+                "link.key",
+                format!("{}\n", "0123456789abcdef".repeat(4)).as_bytes(),
+            ),
         }
     }
 }

@@ -16,6 +16,8 @@ pub enum Input {
     Loads,
     /// What a box sent.
     Frames,
+    /// A link's key.
+    Key,
 }
 
 /// Commands whose first file is a recording.
@@ -67,6 +69,10 @@ pub fn inputs(arguments: &[String]) -> Vec<(usize, Input)> {
         ];
         let found = named.map(|(option, input)| value_of(arguments, option).map(|k| (k, input)));
         out.extend(found.into_iter().flatten());
+    }
+    if ["box", "connect"].contains(&word(0)) {
+        let keys = ["--key", "--set-key"].map(|option| value_of(arguments, option));
+        out.extend(keys.into_iter().flatten().map(|k| (k, Input::Key)));
     }
     out
 }
@@ -123,6 +129,7 @@ mod tests {
             found("els fit els-load-bar --unknown joint.0 --loads l.csv --receptance m.uff"),
             [(6, Input::Loads), (8, Input::Receptances)]
         );
+        assert_eq!(found("connect PORT --set-key a.key"), [(3, Input::Key)]);
         for none in [
             "simulate --list",
             "els model els-load-bar --uff m.uff",
