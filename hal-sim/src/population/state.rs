@@ -10,6 +10,8 @@ use std::collections::BTreeMap;
 pub const LEAST_DAMPING: f64 = 0.005;
 /// So may a cut deeper than this part of its limit, 1.
 pub const SAFE_PART: f64 = 0.8;
+/// Roots looked at for the least damped one: one and a half for each of most modes.
+const ROOTS: usize = 6;
 /// Pieces a ramp of the depth is judged in.
 const RAMP_PIECES: usize = 6;
 /// The same where the speed is not the nominal one: each piece has roots of its own there.
@@ -97,8 +99,11 @@ impl<'a> Judge<'a> {
             return Ok(*root);
         }
         let here = self.process.at_spindle_hz(spindle_hz);
-        let found = roots(&here, 0.0, depth_m, 1)?;
-        let root = *found.first().ok_or(PlantError::Unsettled)?;
+        // They come by their growth: a slow one may grow faster than a quick one that is
+        // less damped.
+        let found = roots(&here, 0.0, depth_m, ROOTS)?;
+        let root = found.into_iter().min_by(|a, b| a.zeta.total_cmp(&b.zeta));
+        let root = root.ok_or(PlantError::Unsettled)?;
         self.known.insert(key, root);
         Ok(root)
     }

@@ -74,6 +74,9 @@ impl Known {
             return Err("no program".to_owned());
         };
         match program.as_str() {
+            "rarma" if rest.iter().any(|word| word == "--set-key") => {
+                Ok(Plan::Not("a key is set at a box's own serial port only"))
+            }
             "rarma" => Ok(Plan::Rarma(rest.to_vec())),
             "cargo" => self.cargo(rest),
             tool if TOOLS.contains(&tool) => Ok(Plan::Tool(step.words.clone())),

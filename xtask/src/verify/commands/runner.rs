@@ -237,6 +237,12 @@ impl<'a> Runner<'a> {
                 Plan::Rarma(arguments) => {
                     let mut arguments = arguments;
                     let want = self.wanted(&arguments, folder)?;
+                    for (k, input) in roles::inputs(&arguments) {
+                        let place = folder.join(&arguments[k]);
+                        if !place.exists() {
+                            self.maker.put(input, &place).map_err(told)?;
+                        }
+                    }
                     if let Some(k) = roles::listens(&arguments) {
                         let address = std::mem::replace(&mut arguments[k], ANY_PORT.to_owned());
                         let (server, real) = self.simulated(&arguments, folder).map_err(told)?;
@@ -257,12 +263,6 @@ impl<'a> Runner<'a> {
                             }
                         };
                         arguments[k] = format!("tcp:{real}");
-                    }
-                    for (k, input) in roles::inputs(&arguments) {
-                        let place = folder.join(&arguments[k]);
-                        if !place.exists() {
-                            self.maker.put(input, &place).map_err(told)?;
-                        }
                     }
                     (self.program(&self.rarma, &arguments), want)
                 }
