@@ -112,12 +112,19 @@ fn watched(child: &mut Child) -> (Option<i32>, u64) {
 #[derive(Debug, Clone)]
 pub struct Workday {
     fs_hz: f64,
+    /// Samples written for each of the machine's.
+    every: u64,
+    written: u64,
+    /// The machine's samples before and after.
+    between: [f64; 2],
     sample: u64,
     random: u64,
     /// Two resonances: state of each.
     modes: [[f64; 2]; 2],
 }
 
+/// The machine is played at this rate, Hz; at a multiple of it, straight lines join its samples.
+const STEPS_HZ: f64 = 8_000.0;
 /// Frequencies of the two resonances, Hz; the second one chatters.
 const MODES_HZ: [f64; 2] = [640.0, 1_130.0];
 
@@ -127,6 +134,9 @@ impl Workday {
     pub fn new(fs_hz: f64) -> Self {
         Self {
             fs_hz,
+            every: (fs_hz / STEPS_HZ).round().max(1.0) as u64,
+            written: 0,
+            between: [0.0; 2],
             sample: 0,
             random: 0x2545_f491_4f6c_dd1d,
             modes: [[0.0; 2]; 2],
@@ -164,7 +174,21 @@ impl Iterator for Workday {
     type Item = i16;
 
     fn next(&mut self) -> Option<i16> {
-        let t = self.sample as f64 / self.fs_hz % 30.0;
+        let part = self.written % self.every;
+        self.written += 1;
+        if part == 0 {
+            self.between = [self.between[1], self.step()];
+        }
+        let [from, to] = self.between;
+        let x = from + (to - from) * part as f64 / self.every as f64;
+        Some((x * 32_767.0) as i16)
+    }
+}
+
+impl Workday {
+    /// The machine's next sample at [`STEPS_HZ`].
+    fn step(&mut self) -> f64 {
+        let t = self.sample as f64 / STEPS_HZ % 30.0;
         self.sample += 1;
         let drive = match t {
             t if t < 6.0 => 0.002,
@@ -174,7 +198,7 @@ impl Iterator for Workday {
         for (k, f) in MODES_HZ.into_iter().enumerate() {
             let chatters = k == 1 && (20.0..22.0).contains(&t);
             let zeta = if chatters { 0.0 } else { 0.03 };
-            let w = std::f64::consts::TAU * f / self.fs_hz;
+            let w = std::f64::consts::TAU * f / STEPS_HZ;
             let (r, noise) = ((-zeta * w).exp(), drive * self.noise());
             let [a, b] = self.modes[k];
             let mut y = 2.0 * r * w.cos() * a - r * r * b + noise * w;
@@ -184,7 +208,7 @@ impl Iterator for Workday {
             self.modes[k] = [y, a];
             sum += y;
         }
-        Some((sum.clamp(-0.9, 0.9) * 32_767.0) as i16)
+        sum.clamp(-0.9, 0.9)
     }
 }
 

@@ -46,6 +46,12 @@ fn memory_does_not_grow_with_length() {
     equal(8_000.0, 240.0, 1_200.0);
 }
 
+/// Without it the runs of an hour and a day have no alarm to keep.
+#[test]
+fn the_day_holds_chatter_at_its_full_rate() {
+    peak(48_000.0, 40.0, &["--json"]);
+}
+
 #[test]
 #[ignore = "a day of 48 kHz: half an hour of work"]
 fn memory_does_not_grow_with_length_long() {

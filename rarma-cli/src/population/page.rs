@@ -96,8 +96,10 @@ fn curve(told: Told, tally: &Tally) -> Chart {
                 .filter_map(|(_, sum)| Some((sum.false_per_hour()?.max(LEAST), sum.detected()?)))
                 .collect();
             points.sort_by(|a, b| a.0.total_cmp(&b.0));
-            [Mark::Line, Mark::Dots].map(|mark| Series {
-                name: ALL[place].name().to_owned(),
+            // One entry in the legend is enough.
+            let name = ALL[place].name().to_owned();
+            [(Mark::Line, String::new()), (Mark::Dots, name)].map(|(mark, name)| Series {
+                name,
                 points: points.clone(),
                 mark,
                 colour: place,
@@ -106,7 +108,7 @@ fn curve(told: Told, tally: &Tally) -> Chart {
         .collect();
     Chart {
         title: format!("Speed {}", told.name()),
-        x: Scale::log("false alarms in an hour of stable cutting", LEAST, 2000.0),
+        x: Scale::log("false alarms in an hour of stable cutting", LEAST, 5000.0),
         y: Scale::linear("part of the chatters that are called", 0.0, 1.0),
         height: 300.0,
         series,

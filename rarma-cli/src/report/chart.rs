@@ -27,7 +27,7 @@ pub enum Mark {
 /// One series.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
-    /// What the legend calls it.
+    /// What the legend calls it; empty: it is not in the legend.
     pub name: String,
     /// Points; those outside the axes are left out.
     pub points: Vec<(f64, f64)>,
@@ -96,7 +96,8 @@ pub struct Chart {
 impl Chart {
     /// The figure as HTML.
     pub fn figure(&self) -> String {
-        let legend = LEGEND * self.series.len().div_ceil(2) as f64;
+        let named = self.series.iter().filter(|s| !s.name.is_empty());
+        let legend = LEGEND * named.clone().count().div_ceil(2) as f64;
         let top = TOP + legend;
         let bottom = top + self.height;
         let (x, y) = (self.x.axis(LEFT, RIGHT), self.y.axis(bottom, top));
@@ -106,7 +107,7 @@ impl Chart {
             r#"<text x="{LEFT}" y="18" class="title">{}</text>"#,
             escape(&self.title)
         );
-        for (k, s) in self.series.iter().enumerate() {
+        for (k, s) in named.enumerate() {
             let at = (
                 LEFT + 430.0 * (k % 2) as f64,
                 TOP + LEGEND * (k / 2) as f64 + 4.0,
