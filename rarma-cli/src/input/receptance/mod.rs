@@ -118,6 +118,14 @@ fn sound(function: &mut Function) -> Result<(), InputError> {
             "cut the band there",
         ));
     }
+    if let Some(k) = function.f_hz.iter().position(|f| !f.is_finite()) {
+        return Err(InputError::new(
+            Problem::NonFinite,
+            place(k),
+            "the frequency is not a finite number",
+            "repair the column of frequencies",
+        ));
+    }
     let rising = |k: &usize| !(function.f_hz[*k] > function.f_hz[*k - 1]);
     if let Some(k) = (1..function.f_hz.len()).find(rising) {
         return Err(InputError::new(

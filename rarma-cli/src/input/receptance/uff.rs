@@ -160,7 +160,7 @@ fn function(
         None => numbers_text(cursor, data_type == 6, even, count)?,
     };
     let per_line = if even { 2 } else { 3 };
-    if values.len() < per_line * count || count == 0 {
+    if values.len() < count.saturating_mul(per_line) || count == 0 {
         return Err(InputError::new(
             Problem::Truncated,
             format!("dataset {dataset}"),

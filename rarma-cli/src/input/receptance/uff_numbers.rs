@@ -79,8 +79,8 @@ pub(super) fn numbers_text(
         (true, true) => &[20],
         (true, false) => &[13, 20, 20],
     };
-    let wanted = count * if even { 2 } else { 3 };
-    let mut out = Vec::with_capacity(wanted);
+    let wanted = count.saturating_mul(if even { 2 } else { 3 });
+    let mut out = Vec::new();
     while out.len() < wanted {
         let Some((line, text)) = cursor.line() else {
             return Err(cut_short(cursor.line));
