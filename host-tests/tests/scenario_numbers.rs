@@ -143,6 +143,8 @@ fn cases() -> Vec<Case> {
 fn walk(cases: &[Case], bounds: Bounds) {
     let bad: Vec<String> = cases
         .par_iter()
+        // Some take a minute, most an instant.
+        .with_max_len(1)
         .filter_map(|case| {
             let folder = Folder::default();
             let file: PathBuf = folder.file("s.toml", case.text.as_bytes());
@@ -172,7 +174,7 @@ fn numbers_are_used_or_refused() {
 }
 
 #[test]
-#[ignore = "every number of every shipped scenario: an hour"]
+#[ignore = "every number of every shipped scenario: hours"]
 fn numbers_are_used_or_refused_long() {
     walk(&cases(), Bounds::default());
 }
