@@ -16,6 +16,7 @@ pub mod real;
 pub mod settings;
 pub mod spectrum;
 mod ud;
+pub mod verdict;
 pub mod wire;
 pub use monitor::AnyMonitor;
 pub use order::Order;
