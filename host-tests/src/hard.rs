@@ -3,16 +3,24 @@
 use crate::process::Rarma;
 use std::ffi::OsStr;
 use std::io::Read;
+use std::os::unix::process::ExitStatusExt;
 use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
+
+/// A run that waits for something takes no time of the processor: it may last so many times
+/// longer.
+const WAITING: u32 = 20;
+/// The signal at the end of a program's time.
+const SIGXCPU: i32 = 24;
 
 /// What a run may take.
 #[derive(Debug, Clone, Copy)]
 pub struct Bounds {
     /// Address space, KiB.
     pub kib: u64,
-    /// Time, far beyond what any good run takes: beyond it, it does not end.
+    /// Time of the processor, whole seconds, far beyond what any good run takes: beyond it, it
+    /// does not end. What else the machine does is no part of it.
     pub time: Duration,
 }
 
@@ -44,12 +52,19 @@ pub fn bounded(
     arguments: impl IntoIterator<Item = impl AsRef<OsStr>>,
     bounds: Bounds,
 ) -> Verdict {
+    held(program.program().as_ref(), arguments, bounds)
+}
+
+fn held(
+    program: &OsStr,
+    arguments: impl IntoIterator<Item = impl AsRef<OsStr>>,
+    bounds: Bounds,
+) -> Verdict {
+    let (kib, seconds) = (bounds.kib, bounds.time.as_secs());
+    let limits = format!("ulimit -v {kib}; ulimit -S -t {seconds}; exec \"$0\" \"$@\"");
     let mut child = Command::new("sh")
-        .args([
-            "-c",
-            &format!("ulimit -v {}; exec \"$0\" \"$@\"", bounds.kib),
-        ])
-        .arg(program.program())
+        .args(["-c", &limits])
+        .arg(program)
         .args(arguments)
         // Every thread's heap would ask for 64 MiB of addresses of its own.
         .env("MALLOC_ARENA_MAX", "2")
@@ -69,10 +84,10 @@ pub fn bounded(
     let status = loop {
         match child.try_wait().expect("a child") {
             Some(status) => break status,
-            None if begun.elapsed() > bounds.time => {
+            None if begun.elapsed() > WAITING * bounds.time => {
                 let _ = child.kill();
                 let _ = child.wait();
-                return Verdict::Bad(format!("runs on after {:?}", bounds.time));
+                return Verdict::Bad(format!("waits on after {:?}", WAITING * bounds.time));
             }
             None => thread::sleep(Duration::from_millis(5)),
         }
@@ -83,8 +98,35 @@ pub fn bounded(
     let lines = refusals.count();
     match status.code() {
         _ if stderr.contains("panicked") => Verdict::Bad(stderr),
+        None if status.signal() == Some(SIGXCPU) => {
+            Verdict::Bad(format!("runs on after {:?}", bounds.time))
+        }
         Some(0..=2) => Verdict::Well,
         Some(3) if lines == 1 => Verdict::Well,
         code => Verdict::Bad(format!("ends with {code:?}: {stderr}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shell(line: &str) -> Verdict {
+        let bounds = Bounds {
+            time: Duration::from_secs(1),
+            ..Bounds::default()
+        };
+        held("sh".as_ref(), ["-c", line], bounds)
+    }
+
+    #[test]
+    fn a_program_that_runs_on_is_ended() {
+        let Verdict::Bad(why) = shell("while :; do :; done") else {
+            panic!("it never ends");
+        };
+        assert!(why.contains("runs on after 1s"), "{why}");
+        assert_eq!(shell("sleep 2"), Verdict::Well);
+        assert_eq!(shell("echo rarma: no >&2; exit 3"), Verdict::Well);
+        assert!(matches!(shell("exit 3"), Verdict::Bad(_)));
     }
 }

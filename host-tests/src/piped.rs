@@ -112,6 +112,8 @@ fn watched(child: &mut Child) -> (Option<i32>, u64) {
 #[derive(Debug, Clone)]
 pub struct Workday {
     fs_hz: f64,
+    /// Length of a half minute, s.
+    round_s: f64,
     /// Samples written for each of the machine's.
     every: u64,
     written: u64,
@@ -125,6 +127,8 @@ pub struct Workday {
 
 /// The machine is played at this rate, Hz; at a multiple of it, straight lines join its samples.
 const STEPS_HZ: f64 = 8_000.0;
+/// The machine idles, cuts and chatters once in so long, s.
+const ROUND_S: f64 = 30.0;
 /// Frequencies of the two resonances, Hz; the second one chatters.
 const MODES_HZ: [f64; 2] = [640.0, 1_130.0];
 
@@ -134,12 +138,22 @@ impl Workday {
     pub fn new(fs_hz: f64) -> Self {
         Self {
             fs_hz,
+            round_s: ROUND_S,
             every: (fs_hz / STEPS_HZ).round().max(1.0) as u64,
             written: 0,
             between: [0.0; 2],
             sample: 0,
             random: 0x2545_f491_4f6c_dd1d,
             modes: [[0.0; 2]; 2],
+        }
+    }
+
+    /// The same with so many rounds of idling, cutting and chatter in half a minute.
+    #[must_use]
+    pub fn hurried(self, rounds: u32) -> Self {
+        Self {
+            round_s: ROUND_S / f64::from(rounds),
+            ..self
         }
     }
 
@@ -188,7 +202,7 @@ impl Iterator for Workday {
 impl Workday {
     /// The machine's next sample at [`STEPS_HZ`].
     fn step(&mut self) -> f64 {
-        let t = self.sample as f64 / STEPS_HZ % 30.0;
+        let t = self.sample as f64 / STEPS_HZ % self.round_s * (ROUND_S / self.round_s);
         self.sample += 1;
         let drive = match t {
             t if t < 6.0 => 0.002,

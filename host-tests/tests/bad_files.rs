@@ -142,7 +142,7 @@ fn measurements_that_are_none() {
     let fit = "els fit els-load-bar --unknown joint.0 --loads FILE";
     let compare = "ldbb compare FILE FILE";
     let few = b"freq_hz,re_m_per_N,im_m_per_N\n1,1,1\n2,1,1\n";
-    let cases: [(&str, &str, &[u8], &[&str]); 14] = [
+    let cases: [(&str, &str, &[u8], &[&str]); 18] = [
         (
             "ldbb analyse FILE",
             "a.csv",
@@ -172,6 +172,33 @@ fn measurements_that_are_none() {
             "e.csv",
             b"# plane = UV\n",
             &["line 1", "XY, YZ or ZX"],
+        ),
+        // Finite, and infinite in SI units.
+        (
+            "ldbb analyse FILE",
+            "o.csv",
+            b"angle_deg,dr_um,dir,run,p_Pa,F_kN\n0,0,ccw,1,1,1e307\n",
+            &["line 2, column 6", "1e307", "at most"],
+        ),
+        // Would be infinite in the units of the tables that are written.
+        (
+            "ldbb analyse FILE",
+            "p.csv",
+            b"angle_deg,dr_m,dir,run,p_bar,F_N\n0,1e305,ccw,1,1,1\n",
+            &["line 2, column 2", "1e305", "at most"],
+        ),
+        (
+            "ldbb analyse FILE",
+            "q.csv",
+            b"# radius_mm = 1e308\n",
+            &["line 1", "radius_mm is 1e308"],
+        ),
+        // Its square is infinite.
+        (
+            fit,
+            "r.csv",
+            b"angle_deg,load_n,deflection_um\n0,1e200,1\n",
+            &["line 2, column 2", "1e200", "at most"],
         ),
         (fit, "f.csv", b"x\n", &["line 1", "angle_deg"]),
         (

@@ -14,10 +14,12 @@ const EQUAL: f64 = 0.1;
 
 /// Peak memory of `monitor` on so many seconds made while they are read, bytes.
 fn peak(fs_hz: f64, seconds: f64, options: &[&str]) -> u64 {
+    heard(Workday::new(fs_hz), fs_hz, seconds, options)
+}
+
+fn heard(sound: Workday, fs_hz: f64, seconds: f64, options: &[&str]) -> u64 {
     let arguments = ["monitor", "-"].iter().chain(options);
-    let fed = rarma!().fed(arguments, false, move |pipe| {
-        Workday::new(fs_hz).write(seconds, pipe)
-    });
+    let fed = rarma!().fed(arguments, false, move |pipe| sound.write(seconds, pipe));
     assert_eq!(fed.ended.code, Some(1), "{}", fed.ended.stderr);
     eprintln!(
         "monitor on {seconds} s at {fs_hz} Hz, {options:?}: {:.1} MB",
@@ -26,16 +28,19 @@ fn peak(fs_hz: f64, seconds: f64, options: &[&str]) -> u64 {
     fed.peak_bytes
 }
 
+fn assert_equal(short: u64, long: u64) {
+    assert!(short.max(long) <= MOST, "{short} and {long} bytes");
+    let apart = short.abs_diff(long) as f64 / short.min(long) as f64;
+    assert!(apart <= EQUAL, "{short} and {long} bytes");
+}
+
 /// That a long run takes as much memory as a short one, as JSON and with a page.
 fn equal(fs_hz: f64, short_s: f64, long_s: f64) {
     let folder = Folder::default();
     let page = folder.path().join("page");
     let report = ["--json", "--report", page.to_str().expect("UTF-8")];
     for options in [&report[..1], &report[..]] {
-        let (short, long) = (peak(fs_hz, short_s, options), peak(fs_hz, long_s, options));
-        assert!(short.max(long) <= MOST, "{short} and {long} bytes");
-        let apart = short.abs_diff(long) as f64 / short.min(long) as f64;
-        assert!(apart <= EQUAL, "{short} and {long} bytes");
+        assert_equal(peak(fs_hz, short_s, options), peak(fs_hz, long_s, options));
     }
     let html = std::fs::read_to_string(page.join("index.html")).expect("a page");
     assert!((20_000..4_000_000).contains(&html.len()), "{}", html.len());
@@ -44,6 +49,16 @@ fn equal(fs_hz: f64, short_s: f64, long_s: f64) {
 #[test]
 fn memory_does_not_grow_with_length() {
     equal(8_000.0, 240.0, 1_200.0);
+}
+
+/// As many alarms in an hour as a long day has: the summary lists them all.
+#[test]
+fn memory_does_not_grow_with_alarms() {
+    let alarms = |seconds: f64| {
+        let sound = Workday::new(8_000.0).hurried(15);
+        heard(sound, 8_000.0, seconds, &["--json"])
+    };
+    assert_equal(alarms(120.0), alarms(3_600.0));
 }
 
 /// Without it the runs of an hour and a day have no alarm to keep.

@@ -19,7 +19,7 @@ pub use psd::{Criterion, PsdArgs, PsdMethod};
 pub use sensor_box::{BoxArgs, ConnectArgs, DecodeArgs};
 pub use virtual_machine::{ChooseOrderArgs, LobesArgs, PopulationArgs, SimulateArgs, SweepArgs};
 
-use crate::input::{Known, Raw};
+use crate::input::{Known, RATES_HZ, Raw};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use rarma_core::condition::Band;
 use std::path::PathBuf;
@@ -357,7 +357,7 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 fn rate(text: &str) -> Result<f64, String> {
-    within(text, 1e-3, 1e9)
+    within(text, *RATES_HZ.start(), *RATES_HZ.end())
 }
 
 fn every(text: &str) -> Result<f64, String> {

@@ -43,11 +43,8 @@ impl Failure {
     /// The same, saying first where its file was named: one that names another.
     #[must_use]
     pub fn within(mut self, place: impl fmt::Display) -> Self {
-        match &mut self {
-            Self::Usage(text) | Self::Input(text) | Self::System(text) => {
-                *text = format!("{place}: {text}");
-            }
-            Self::Closed => {}
+        if let Some(text) = self.text_mut() {
+            *text = format!("{place}: {text}");
         }
         self
     }
@@ -55,13 +52,17 @@ impl Failure {
     /// The same, saying in the same line what was kept all the same.
     #[must_use]
     pub fn kept(mut self, what: impl fmt::Display) -> Self {
-        match &mut self {
-            Self::Usage(text) | Self::Input(text) | Self::System(text) => {
-                *text = format!("{text}; {what}");
-            }
-            Self::Closed => {}
+        if let Some(text) = self.text_mut() {
+            *text = format!("{text}; {what}");
         }
         self
+    }
+
+    fn text_mut(&mut self) -> Option<&mut String> {
+        match self {
+            Self::Usage(text) | Self::Input(text) | Self::System(text) => Some(text),
+            Self::Closed => None,
+        }
     }
 }
 

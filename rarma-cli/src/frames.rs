@@ -1,6 +1,6 @@
 //! Frames of a box, from wherever they come: decoded, counted, told in words or JSON, kept.
 
-use crate::one_line::OneLine;
+use crate::one_line::{self, OneLine};
 use crate::speech::shown;
 use rarma_core::guard::{Denial, FaultCode, FaultRecord, Severity};
 use rarma_core::ldbb::Proof;
@@ -113,20 +113,7 @@ pub fn to_json(head: Head, message: &Telemetry) -> String {
         }),
     };
     // Numbers and names only: there is nothing that could not be written.
-    spelled_out(line.unwrap_or_default())
-}
-
-/// JSON with every control character spelled out: it may stand as it is from 127 on, and
-/// what a terminal makes of it is another matter.
-fn spelled_out(json: String) -> String {
-    if !json.contains(char::is_control) {
-        return json;
-    }
-    let each = json.chars().map(|c| match c {
-        c if c.is_control() => format!("\\u{:04x}", u32::from(c)),
-        c => c.to_string(),
-    });
-    each.collect()
+    one_line::json(line.unwrap_or_default())
 }
 
 /// A fault in words.
@@ -425,18 +412,5 @@ fn circle_words(circle: &CircleMessage) -> String {
             1e-6 * sd_n_per_m,
             most.1.to_degrees()
         ),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn json_keeps_control_characters_from_the_terminal() {
-        let out = spelled_out("{\"board\":\"a\u{7f}b\u{9b}2Jc\"}".to_owned());
-        assert_eq!(out, "{\"board\":\"a\\u007fb\\u009b2Jc\"}");
-        let read: serde_json::Value = serde_json::from_str(&out).unwrap();
-        assert_eq!(read["board"], "a\u{7f}b\u{9b}2Jc");
     }
 }

@@ -25,6 +25,7 @@ The workspace's own commands.
       --check FILE              fail if a figure differs from the table in FILE
   cargo xtask fuzz [TARGET...]  every parser under libFuzzer, a minute each
       --seconds N               this long each
+      --markdown FILE           ten minutes each, noted in the table of long forms in FILE
       --case FILE               one target: this case again
       --list                    name the targets
   cargo xtask long [TEST...]    the long forms of all tests, or of these files of host-tests

@@ -13,7 +13,6 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rarma_core::decide::Structure;
 use rarma_core::wire::MonitorJob;
 use serde::Serialize;
-use serde_json::json;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::time::Duration;
@@ -95,6 +94,13 @@ impl JsonLines {
         let _ = self.out.flush();
         stdout::check()
     }
+}
+
+/// The last line. As a type of its own it is written as it goes: a tree of ten thousand
+/// alarms would take as much memory again as everything else.
+#[derive(Serialize)]
+struct Last<'a> {
+    summary: &'a Summary,
 }
 
 /// Those who hear what a monitor says as it says it: a reader of JSON or a person, and
@@ -189,7 +195,7 @@ impl<'a> Audience<'a> {
             for notice in &summary.notices {
                 eprintln!("{}", notice_words(notice));
             }
-            json.put(&json!({ "summary": summary }));
+            json.put(&Last { summary });
             // What could not be written is told when the command ends, its page in place.
             let _ = json.flush();
         } else {

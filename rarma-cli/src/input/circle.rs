@@ -16,7 +16,7 @@
 //! (cw) and may pass 360°. A column `set_bar` (`set_pa`), the pressure that was asked for, says
 //! which runs were made at one step of the load; without it nearness of their forces does.
 
-use super::table::{Dialect, hole, not_a_number};
+use super::table::{Dialect, MOST_SI, hole, not_a_number};
 use super::{InputError, Problem, whole};
 use crate::ldbb::{Conditions, RunData, Static};
 use rarma_core::ldbb::Sense;
@@ -245,8 +245,9 @@ fn condition(number: usize, comment: &str, c: &mut Conditions) -> Result<(), Inp
         "inclination_deg" => c.inclination_rad = parsed()?.to_radians(),
         _ => {}
     }
-    if !(c.radius_m > 0.0 && c.feed_m_s > 0.0 && c.inclination_rad.abs() < 1.5) {
-        return wrong(format!("{name} is {value}"), "give a positive number");
+    let there = |x: f64| x > 0.0 && x <= MOST_SI;
+    if !(there(c.radius_m) && there(c.feed_m_s) && c.inclination_rad.abs() < 1.5) {
+        return wrong(format!("{name} is {value}"), "give what the test had");
     }
     Ok(())
 }
@@ -265,15 +266,8 @@ impl Reader {
         dialect: Dialect,
         c: &Columns,
     ) -> Result<(), InputError> {
-        let value = |column: usize| {
-            let field = fields.get(column).copied().unwrap_or_default();
-            if field.is_empty() {
-                return Err(hole(number, column + 1));
-            }
-            dialect
-                .number(field)
-                .filter(|x| x.is_finite())
-                .ok_or_else(|| not_a_number(number, column + 1, field))
+        let value = |(column, unit): (usize, f64)| {
+            dialect.quantity((number, column), fields.get(column), unit)
         };
         let word = |column: usize, allowed: &[&str]| {
             let field = fields.get(column).copied().unwrap_or_default();
@@ -286,14 +280,14 @@ impl Reader {
                 )
             })
         };
-        let angle_rad = value(c.angle)?.to_radians();
-        let dr_m = c.dr.1 * value(c.dr.0)?;
+        let angle_rad = value((c.angle, 1_f64.to_radians()))?;
+        let dr_m = value(c.dr)?;
         let dir = word(c.dir, &["ccw", "cw", "static"])?;
         let rising = match c.way {
             Some(column) => word(column, &["up", "down"])? == 0,
             None => true,
         };
-        let run = value(c.run)?;
+        let run = value((c.run, 1.0))?;
         if run.fract() != 0.0 || !(0.0..=MOST_RUNS).contains(&run) {
             return Err(InputError::new(
                 Problem::Range,
@@ -303,12 +297,9 @@ impl Reader {
             ));
         }
         let run = run as u32;
-        let pressure_pa = c.pressure.1 * value(c.pressure.0)?;
-        let force_n = c.force.1 * value(c.force.0)?;
-        let set_pa = match c.set {
-            Some((column, factor)) => Some(factor * value(column)?),
-            None => None,
-        };
+        let pressure_pa = value(c.pressure)?;
+        let force_n = value(c.force)?;
+        let set_pa = c.set.map(value).transpose()?;
         if dir == 2 {
             self.readings.push(Static {
                 angle_rad,

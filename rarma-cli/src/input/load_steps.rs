@@ -1,6 +1,6 @@
 //! Load steps of a loaded ball bar: a table `angle_deg,load_n,deflection_um`.
 
-use super::table::{Dialect, hole, not_a_number};
+use super::table::Dialect;
 use super::{InputError, Problem, whole};
 use hal_sim::plant::els::fit::LoadStep;
 use std::path::Path;
@@ -37,20 +37,12 @@ fn parse(text: &str) -> Result<Vec<LoadStep>, InputError> {
     let mut out = Vec::new();
     for (number, line) in lines {
         let fields: Vec<&str> = line.split(dialect.separator).map(str::trim).collect();
-        let mut values = [0.0; 3];
-        for (k, v) in values.iter_mut().enumerate() {
-            *v = match fields.get(k) {
-                None | Some(&"") => return Err(hole(number, k + 1)),
-                Some(field) => dialect
-                    .number(field)
-                    .filter(|x| x.is_finite())
-                    .ok_or_else(|| not_a_number(number, k + 1, field))?,
-            };
-        }
+        let value =
+            |column: usize, unit: f64| dialect.quantity((number, column), fields.get(column), unit);
         out.push(LoadStep {
-            angle_rad: values[0].to_radians(),
-            load_n: values[1],
-            deflection_m: 1e-6 * values[2],
+            angle_rad: value(0, 1_f64.to_radians())?,
+            load_n: value(1, 1.0)?,
+            deflection_m: value(2, 1e-6)?,
         });
     }
     if out.is_empty() {

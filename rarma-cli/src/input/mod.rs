@@ -38,6 +38,7 @@ pub use load_steps::read_load_steps;
 pub use receptance::{Function, Plane, Role, merge, read_receptances, write_uff};
 pub use stream::{End, Known, Raw, Stream};
 pub use structure::read as read_structure;
+pub use time::RATES_HZ;
 pub use whole::{bytes, text};
 
 use crate::raw_streams::Gap;

@@ -20,6 +20,9 @@ use super::{InputError, Problem, no_channel};
 const LONGEST: usize = 1 << 20;
 /// Lines handed on at once.
 const BLOCK: usize = 1 << 12;
+/// No quantity of a table of measurements is larger, in SI units: whatever is made of it, its
+/// square too, is a number.
+pub(super) const MOST_SI: f64 = 1e12;
 
 /// Reads up to the first line that is no comment.
 pub(super) fn begin(mut bytes: Bytes, fs: Option<f64>) -> Result<Begin, InputError> {
@@ -90,6 +93,32 @@ impl Dialect {
             return field.replace(',', ".").parse().ok();
         }
         field.parse().ok()
+    }
+
+    /// What one field of a table of measurements says in SI units, of which its own unit is
+    /// so many; columns count from 0.
+    pub(super) fn quantity(
+        self,
+        (line, column): (usize, usize),
+        field: Option<&&str>,
+        unit: f64,
+    ) -> Result<f64, InputError> {
+        let field = field.copied().unwrap_or_default();
+        if field.is_empty() {
+            return Err(hole(line, column + 1));
+        }
+        let number = self.number(field).filter(|x| x.is_finite());
+        let number = number.ok_or_else(|| not_a_number(line, column + 1, field))?;
+        let quantity = unit * number;
+        if quantity.abs() > MOST_SI {
+            return Err(InputError::new(
+                Problem::Range,
+                format!("line {line}, column {}", column + 1),
+                format!("{number:e} is too large: {MOST_SI:e} in SI units at most"),
+                "correct the line, or the unit of the column",
+            ));
+        }
+        Ok(quantity)
     }
 }
 

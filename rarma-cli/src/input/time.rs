@@ -1,6 +1,7 @@
 //! Sampling rate from a column of times.
 
 use super::{InputError, Problem};
+use std::ops::RangeInclusive;
 
 /// Steps may differ by this share of the step: more is a hole or jitter that
 /// an ARMA model would read as damping.
@@ -153,10 +154,12 @@ impl TimeColumn {
     }
 }
 
-/// Whether a number can be a sampling rate, Hz: from a sample in ten days on, and so that
-/// the length of any recording is a number.
+/// Sampling rates there are, Hz: the length of any recording is a number, too.
+pub const RATES_HZ: RangeInclusive<f64> = 1e-3..=1e9;
+
+/// Whether a number can be a sampling rate, Hz.
 pub(super) fn is_rate(fs: f64) -> bool {
-    (1e-6..1e15).contains(&fs)
+    RATES_HZ.contains(&fs)
 }
 
 /// Place value of the last digit of a printed decimal number.
@@ -199,7 +202,7 @@ mod tests {
 
     #[test]
     fn times_that_give_no_rate_or_no_length_are_refused() {
-        for (first, last) in [(0.0, 1e308), (-1e308, 1e308), (0.0, 5e-324)] {
+        for (first, last) in [(0.0, 1e308), (-1e308, 1e308), (0.0, 5e-324), (0.0, 1001.0)] {
             let mut c = TimeColumn::default();
             c.push(first, 1, 0.1);
             c.push(last, 2, 0.1);

@@ -25,6 +25,7 @@ mod colours;
 mod course;
 pub mod map;
 mod modes;
+mod moment;
 mod multiples;
 mod panel;
 pub mod polar;

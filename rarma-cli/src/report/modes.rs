@@ -1,7 +1,7 @@
 //! Pictures (c) and (d): damping and frequency of every mode.
 
 use super::axis::Axis;
-use super::course::Seen;
+use super::moment::Seen;
 use super::panel::{Panel, TOP};
 use super::text::{hertz, percent, px};
 use super::{Scene, band, multiples};

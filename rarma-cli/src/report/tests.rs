@@ -23,6 +23,27 @@ fn mode(f: f64, zeta: f64, label: Label) -> ModeRecord {
     }
 }
 
+/// A line that says nothing but this.
+pub(super) fn line(t: f64, state: State, modes: &[(f64, f64, Label)]) -> Line {
+    Line {
+        t,
+        state,
+        reason: Reason::None,
+        modes: modes
+            .iter()
+            .map(|(f, zeta, label)| mode(*f, *zeta, *label))
+            .collect(),
+        spindle: SpindleRecord {
+            rpm: None,
+            source: SpeedSource::Unknown,
+            locked: false,
+            notch_hz: 0.0,
+        },
+        amplitude: None,
+        agreement: None,
+    }
+}
+
 fn empty() -> Run {
     Run {
         lines: Vec::new(),

@@ -9,8 +9,8 @@ pub struct Log {
     pub seed: Option<u32>,
     /// Cases run.
     pub cases: u64,
-    /// How long, s.
-    pub seconds: u64,
+    /// How long, s; none if it ended at a find.
+    pub seconds: Option<u64>,
     /// Edges that the cases reach with which the run began.
     pub edges_of_corpus: u64,
     /// Edges reached in the end.
@@ -39,7 +39,7 @@ impl Log {
                 }
                 log.edges = log.edges.max(edges);
             } else if line.starts_with("Done ") {
-                log.seconds = after(line, " runs in ").unwrap_or(0);
+                log.seconds = after(line, " runs in ");
             } else if let Some(count) = after(line, "stat::number_of_executed_units:") {
                 log.cases = count;
             } else if let Some(mb) = after(line, "stat::peak_rss_mb:") {
@@ -60,9 +60,9 @@ impl Log {
         log
     }
 
-    /// Cases in a minute, as fast as the run went.
-    pub fn cases_a_minute(&self) -> u64 {
-        60 * self.cases / self.seconds.max(1)
+    /// Cases in a minute, as fast as the run went; none if it ended at a find.
+    pub fn cases_a_minute(&self) -> Option<u64> {
+        Some(60 * self.cases / self.seconds?.max(1))
     }
 }
 
@@ -92,9 +92,12 @@ stat::peak_rss_mb:              33
     #[test]
     fn a_run_that_found_nothing() {
         let log = Log::read(GOOD);
-        assert_eq!((log.seed, log.cases, log.seconds), (Some(42), 7000, 10));
+        assert_eq!(
+            (log.seed, log.cases, log.seconds),
+            (Some(42), 7000, Some(10))
+        );
         assert_eq!((log.edges_of_corpus, log.edges), (310, 331));
-        assert_eq!((log.peak_mb, log.cases_a_minute()), (33, 42_000));
+        assert_eq!((log.peak_mb, log.cases_a_minute()), (33, Some(42_000)));
         assert_eq!((log.why, log.case), (None, None));
     }
 
@@ -108,6 +111,7 @@ names no remedy: a: b
 artifact_prefix='t/'; Test unit written to t/crash-ab
 ";
         let log = Log::read(panicked);
+        assert_eq!(log.cases_a_minute(), None);
         let why = log.why.expect("a reason");
         assert_eq!(why, "fuzz/src/check.rs:30:5: names no remedy: a: b");
         assert_eq!(log.case, Some("t/crash-ab".into()));

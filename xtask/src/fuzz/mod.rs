@@ -15,15 +15,21 @@ use std::sync::Mutex;
 use std::time::{SystemTime, UNIX_EPOCH};
 use std::{fmt, fs, thread};
 
-use crate::{Failure, Result, Workspace};
+use crate::{Failure, Result, Workspace, long};
 
-const USAGE: &str = "cargo xtask fuzz [--seconds N] [--seed N] [TARGET...], or cargo xtask fuzz TARGET --case FILE, or cargo xtask fuzz --list";
+const USAGE: &str = "cargo xtask fuzz [--seconds N | --markdown FILE] [--seed N] [TARGET...], or cargo xtask fuzz TARGET --case FILE, or cargo xtask fuzz --list";
+
+/// How long each target runs, s: always, and in the long form.
+pub const SECONDS: u64 = 60;
+/// See [`SECONDS`].
+pub const LONG_SECONDS: u64 = 600;
 
 /// A parsed `cargo xtask fuzz` command line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Request {
     targets: Vec<String>,
-    seconds: u64,
+    seconds: Option<u64>,
+    markdown: Option<PathBuf>,
     seed: Option<u32>,
     case: Option<PathBuf>,
     list: bool,
@@ -38,7 +44,8 @@ impl Request {
         let usage = |what: String| Failure::usage(what).advise(USAGE);
         let mut request = Self {
             targets: Vec::new(),
-            seconds: 60,
+            seconds: None,
+            markdown: None,
             seed: None,
             case: None,
             list: false,
@@ -55,7 +62,8 @@ impl Request {
                     .map_err(|_| usage(format!("`{text}` is not a number")))
             };
             match word.as_str() {
-                "--seconds" => request.seconds = number(value()?)?.max(1).into(),
+                "--seconds" => request.seconds = Some(number(value()?)?.max(1).into()),
+                "--markdown" => request.markdown = Some(value()?.into()),
                 "--seed" => request.seed = Some(number(value()?)?),
                 "--case" => request.case = Some(value()?.into()),
                 "--list" => request.list = true,
@@ -67,6 +75,10 @@ impl Request {
         }
         if request.case.is_some() && request.targets.len() != 1 {
             return Err(usage("a case is one target's".to_owned()));
+        }
+        if request.markdown.is_some() && request.seconds.is_some() {
+            let what = format!("`--markdown` notes runs of {LONG_SECONDS} s");
+            return Err(usage(what));
         }
         Ok(request)
     }
@@ -96,8 +108,13 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
     } else {
         request.targets
     };
-    let runs = run_all(&engine, &chosen, request.seconds, request.seed)?;
+    let usual = request.markdown.as_ref().map_or(SECONDS, |_| LONG_SECONDS);
+    let seconds = request.seconds.unwrap_or(usual);
+    let runs = run_all(&engine, &chosen, seconds, request.seed)?;
     println!("{}", Table(&runs));
+    if let Some(path) = &request.markdown {
+        note(workspace, path, &runs)?;
+    }
     let found = defects(&runs);
     print!("{}", found.join("\n"));
     Ok(u8::from(!found.is_empty()))
@@ -122,6 +139,25 @@ pub fn targets(workspace: &Workspace) -> Result<Vec<String>> {
     }
     names.sort();
     Ok(names)
+}
+
+/// The name of a target's long form in the table of all.
+pub fn long_form(target: &str) -> String {
+    format!("fuzzing::{target}")
+}
+
+/// Writes what came of long runs into the table of a page, each target's in the place of its
+/// last one.
+///
+/// # Errors
+/// The page has no such table, or cannot be written.
+pub fn note(workspace: &Workspace, path: &Path, runs: &[Run]) -> Result<()> {
+    for run in runs {
+        let seconds = run.log.seconds.unwrap_or(0) as f64;
+        let passed = run.defect.is_none();
+        long::note(workspace, path, &long_form(&run.target), passed, seconds)?;
+    }
+    Ok(())
 }
 
 /// What came of one target.
@@ -200,11 +236,12 @@ impl fmt::Display for Table<'_> {
             "| target | cases a minute | edges: corpus | edges: end | peak MB | defects |\n|---|---|---|---|---|---|"
         )?;
         for run in self.0 {
+            let cases = run.log.cases_a_minute();
             writeln!(
                 out,
                 "| `{}` | {} | {} | {} | {} | {} |",
                 run.target,
-                run.log.cases_a_minute(),
+                cases.map_or("ended at its find".to_owned(), |n| n.to_string()),
                 run.log.edges_of_corpus,
                 run.log.edges,
                 run.log.peak_mb,
@@ -233,14 +270,15 @@ mod tests {
     fn reads_what_it_knows_and_refuses_the_rest() {
         let request = parse("wav --seconds 5 uff --seed 3").expect("valid");
         assert_eq!(request.targets, ["wav", "uff"]);
-        assert_eq!((request.seconds, request.seed), (5, Some(3)));
-        assert_eq!(parse("").map(|r| r.seconds), Ok(60));
+        assert_eq!((request.seconds, request.seed), (Some(5), Some(3)));
+        assert_eq!(parse("").map(|r| r.seconds), Ok(None));
         for wrong in [
             "--seconds",
             "--seconds x",
             "--fast",
             "--case a",
             "a b --case c",
+            "--seconds 60 --markdown a.md",
         ] {
             assert!(
                 parse(wrong).is_err_and(|why| why.exit_code() == 2),

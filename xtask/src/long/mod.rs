@@ -1,9 +1,10 @@
 //! `cargo xtask long`: the tests that take too long for every day, and what became of them.
 //!
 //! A long form is a test that is `#[ignore]`d and whose name ends with `_long`; the test of
-//! that name without the ending judges the same promise in short, every day. The results
-//! stand in a table of docs/bench.md, each row with its own date and commit, so that a run
-//! of some of them leaves the others as they were.
+//! that name without the ending judges the same promise in short, every day. Ten minutes of
+//! a fuzzing target are one, too ([`crate::fuzz`]). The results stand in a table of
+//! docs/bench.md, each row with its own date and commit, so that a run of some of them leaves
+//! the others as they were.
 
 mod forms;
 pub mod table;
@@ -112,7 +113,8 @@ pub fn run_all(
             failed.push(form.name());
         }
         if let Some(path) = markdown {
-            note(workspace, path, &form.name(), passed, begun)?;
+            let seconds = begun.elapsed().as_secs_f64();
+            note(workspace, path, &form.name(), passed, seconds)?;
         }
     }
     Ok(failed)
@@ -127,7 +129,7 @@ pub fn note(
     path: &Path,
     name: &str,
     passed: bool,
-    begun: Instant,
+    seconds: f64,
 ) -> Result<()> {
     let row = Row {
         name: name.to_owned(),
@@ -136,7 +138,7 @@ pub fn note(
         } else {
             Became::Failed
         },
-        seconds: begun.elapsed().as_secs_f64().round(),
+        seconds: seconds.round(),
         date: line(Command::new("date").args(["-u", "+%Y-%m-%d"]))?,
         commit: commit(workspace)?,
     };
@@ -169,7 +171,7 @@ pub fn check(workspace: &Workspace, names: &[String]) -> Result<Vec<String>> {
         .because(format!("\n  {}", objections.join("\n  ")))
         .advise(format!(
             "cargo xtask long --markdown {PAGE} --missing; \
-             of a check: cargo verify --long --only CHECK --markdown {PAGE}"
+             of fuzzing: cargo xtask fuzz TARGET --markdown {PAGE}"
         )))
 }
 

@@ -36,7 +36,7 @@ impl Became {
 /// The last result of one long form.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
-    /// Test file and test, or the stage of `cargo verify`.
+    /// Test file and test, or `fuzzing` and target.
     pub name: String,
     /// How it ended.
     pub became: Became,

@@ -1,21 +1,21 @@
 //! Every parser under libFuzzer: a minute each, ten with `--long`.
 
+use std::path::Path;
+
 use super::summary::Outcome;
-use crate::fuzz::{Engine, Table, defects, run_all, targets};
+use crate::fuzz::{Engine, LONG_SECONDS, SECONDS, Table, defects, note, run_all, targets};
 use crate::{Failure, Result, Workspace};
 
-/// How long each target runs, s: always, and in the long form.
-const SECONDS: u64 = 60;
-const LONG_SECONDS: u64 = 600;
 /// Every day's runs begin alike, so that one change is judged like the next; the long form
 /// begins anywhere.
 const SEED: u32 = 1;
 
-/// Builds the program and runs every target.
+/// Builds the program and runs every target; notes the results of the long form in a page, if
+/// one is named.
 ///
 /// # Errors
 /// The build fails, or a case shows a defect: which, and how to run it again.
-pub fn check(workspace: &Workspace, long: bool) -> Result<Outcome> {
+pub fn check(workspace: &Workspace, long: bool, markdown: Option<&Path>) -> Result<Outcome> {
     if let Err(failure) = Engine::needs() {
         return Ok(Outcome::Skipped(failure.to_string()));
     }
@@ -24,6 +24,9 @@ pub fn check(workspace: &Workspace, long: bool) -> Result<Outcome> {
     let targets = targets(workspace)?;
     let runs = run_all(&engine, &targets, seconds, (!long).then_some(SEED))?;
     println!("{}", Table(&runs));
+    if let (true, Some(path)) = (long, markdown) {
+        note(workspace, path, &runs)?;
+    }
     let found = defects(&runs);
     if found.is_empty() {
         let cases: u64 = runs.iter().map(|run| run.log.cases).sum();

@@ -90,7 +90,6 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
         let outcome =
             check(&mut bench).unwrap_or_else(|failure| Outcome::Failed(failure.to_string()));
         println!("<== {name}: {outcome}");
-        bench.note_long(name, &outcome, begun)?;
         summary.add(Entry {
             name,
             outcome,
@@ -133,11 +132,10 @@ mod tests {
     }
 
     #[test]
-    fn checks_have_names_of_their_own_and_those_with_long_forms_exist() {
+    fn checks_have_names_of_their_own() {
         let names: Vec<&str> = stages::ALL.iter().map(|(name, _)| *name).collect();
         for (k, name) in names.iter().enumerate() {
             assert!(!names[..k].contains(name), "{name}");
         }
-        assert!(stages::LONGER.iter().all(|name| names.contains(name)));
     }
 }

@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 use std::process::Command;
-use std::time::Instant;
 
 use super::cargo_deny::CargoDeny;
 use super::summary::Outcome;
 use super::{Request, commands, dependencies, fuzz};
 use crate::chip::figures::Figures;
 use crate::chip::model::Model;
+use crate::fuzz::{long_form, targets};
 use crate::long::{self, Forms, LongForm};
 use crate::toolchain::ArmToolchain;
 use crate::{
@@ -38,10 +38,6 @@ pub const ALL: &[(&str, Check)] = &[
     ("counting plugin", counting_plugin),
     ("instruction counts", instruction_counts),
 ];
-
-/// Checks that do more with `--long` (they ask [`Bench::long`]); their results stand in the
-/// table of the long forms, too.
-pub const LONGER: &[&str] = &["fuzzing"];
 
 /// The page with the table of counts.
 const COUNT_TABLE: &str = "README.md";
@@ -74,21 +70,6 @@ impl<'a> Bench<'a> {
     /// Whether the long forms run, too.
     pub fn long(&self) -> bool {
         self.request.long
-    }
-
-    /// Notes what became of a check that has a long form, where a table is to be written.
-    ///
-    /// # Errors
-    /// The table cannot be written.
-    pub fn note_long(&self, name: &str, outcome: &Outcome, begun: Instant) -> Result<()> {
-        let (Some(path), true) = (&self.request.markdown, LONGER.contains(&name)) else {
-            return Ok(());
-        };
-        match outcome {
-            Outcome::Passed(_) => long::note(self.workspace, path, name, true, begun),
-            Outcome::Failed(_) => long::note(self.workspace, path, name, false, begun),
-            Outcome::Partly(_) | Outcome::Skipped(_) => Ok(()),
-        }
     }
 
     fn cargo(&self, arguments: &[&str]) -> Command {
@@ -314,12 +295,13 @@ fn long_forms(bench: &mut Bench<'_>) -> Result<Outcome> {
             Outcome::Failed(format!("{} failed", failed.join(", ")))
         });
     }
-    let of_checks = LONGER.iter().map(|name| (*name).to_owned());
+    let targets = targets(bench.workspace)?;
+    let of_fuzzing = targets.iter().map(|target| long_form(target));
     let all: Vec<String> = forms
         .long
         .iter()
         .map(LongForm::name)
-        .chain(of_checks)
+        .chain(of_fuzzing)
         .collect();
     let waiting = long::check(bench.workspace, &all)?;
     let mut told = format!(
@@ -339,7 +321,8 @@ fn doc_tests(bench: &mut Bench<'_>) -> Result<Outcome> {
 }
 
 fn fuzzing(bench: &mut Bench<'_>) -> Result<Outcome> {
-    fuzz::check(bench.workspace, bench.long())
+    let markdown = bench.request.markdown.as_deref();
+    fuzz::check(bench.workspace, bench.long(), markdown)
 }
 
 fn on_target_tests(bench: &mut Bench<'_>) -> Result<Outcome> {

@@ -1,14 +1,12 @@
 //! A bare threshold on the damping.
 
 use super::monitor::{config, run};
-use super::{Alarm, Detector, Recording, Said};
+use super::{Detector, Recording, Said};
 use crate::failure::Failure;
 use rarma_core::wire::Telemetry;
 
 /// The threshold must be passed for so long, s.
 const HELD_S: f64 = 0.1;
-/// Alarms closer than this are one, s.
-const JOINED_S: f64 = 0.5;
 
 /// The least damping of any pole in the band, held; that damping.
 pub(super) struct BareDamping;
@@ -67,14 +65,7 @@ fn bare(recording: &Recording, thresholds: &[f64]) -> Result<Vec<Said>, Failure>
                 if t - from < HELD_S {
                     continue;
                 }
-                match said.alarms.last_mut() {
-                    Some(last) if t - last.off_s < JOINED_S => last.off_s = *t,
-                    _ => said.alarms.push(Alarm {
-                        on_s: *t,
-                        off_s: *t,
-                        f_hz: *f_hz,
-                    }),
-                }
+                said.calls(*t, *t, *f_hz);
             }
             said
         })

@@ -30,6 +30,23 @@ pub struct Said {
     pub warnings_s: Vec<(f64, f64)>,
 }
 
+/// Alarms closer than this are one, s.
+const JOINED_S: f64 = 0.5;
+
+impl Said {
+    /// There is chatter between two times, s: the last alarm goes on, or another begins.
+    fn calls(&mut self, from_s: f64, to_s: f64, f_hz: f64) {
+        match self.alarms.last_mut() {
+            Some(last) if from_s - last.off_s < JOINED_S => last.off_s = to_s,
+            _ => self.alarms.push(Alarm {
+                on_s: from_s,
+                off_s: to_s,
+                f_hz,
+            }),
+        }
+    }
+}
+
 /// What is told of the spindle's speed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Speed {

@@ -4,7 +4,7 @@
 //!
 //! It needs the exact speed; without one every peak counts.
 
-use super::{Alarm, Detector, Recording, Said, Speed};
+use super::{Detector, Recording, Said, Speed};
 use crate::failure::Failure;
 use rarma_core::condition::{Band, BandFilter};
 use realfft::RealFftPlanner;
@@ -15,8 +15,6 @@ const HOP_S: f64 = 0.05;
 const HELD: usize = 6;
 /// Quieter than this part of the loudest so far (root mean square) is no cut.
 const QUIET: f64 = 0.25;
-/// Alarms closer than this are one, s.
-const JOINED_S: f64 = 0.5;
 
 /// The peak's part of the power.
 pub(super) struct Plain;
@@ -35,17 +33,12 @@ impl Detector for Plain {
     }
 
     fn listen(&self, recording: &Recording, thresholds: &[f64]) -> Result<Vec<Said>, Failure> {
-        let alarms = alarms(
+        Ok(said(
             recording.samples(),
             recording.fs_hz(),
             &recording.speed,
             thresholds,
-        );
-        let said = alarms.into_iter().map(|alarms| Said {
-            alarms,
-            ..Said::default()
-        });
-        Ok(said.collect())
+        ))
     }
 }
 
@@ -56,8 +49,8 @@ struct Look {
     f_hz: f64,
 }
 
-/// Alarms at each of several parts of the power.
-fn alarms(samples: &[f32], fs_hz: f64, speed: &Speed, parts: &[f64]) -> Vec<Vec<Alarm>> {
+/// What is said at each of several parts of the power.
+fn said(samples: &[f32], fs_hz: f64, speed: &Speed, parts: &[f64]) -> Vec<Said> {
     let looks = looks(samples, fs_hz, speed);
     let held: Vec<f64> = (0..looks.len())
         .map(|i| match (i + 1).checked_sub(HELD) {
@@ -71,21 +64,13 @@ fn alarms(samples: &[f32], fs_hz: f64, speed: &Speed, parts: &[f64]) -> Vec<Vec<
     parts
         .iter()
         .map(|part| {
-            let mut out: Vec<Alarm> = Vec::new();
+            let mut said = Said::default();
             for (look, held) in looks.iter().zip(&held) {
-                if held <= part {
-                    continue;
-                }
-                match out.last_mut() {
-                    Some(last) if look.t_s - last.off_s < JOINED_S => last.off_s = look.t_s + HOP_S,
-                    _ => out.push(Alarm {
-                        on_s: look.t_s,
-                        off_s: look.t_s + HOP_S,
-                        f_hz: look.f_hz,
-                    }),
+                if held > part {
+                    said.calls(look.t_s, look.t_s + HOP_S, look.f_hz);
                 }
             }
-            out
+            said
         })
         .collect()
 }

@@ -8,8 +8,11 @@
 //! elsewhere, and it is erased right before it is used, whatever it reads as: an erase that
 //! a power cut ended may read as a perfect one.
 
+mod mend;
+mod write;
+
+use super::place_of;
 use super::record::{Claim, PAGE, RECORD_MOST, Record, WORD, size};
-use super::{StoreError, place_of};
 use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
 use rarma_core::settings::COUNT;
@@ -18,10 +21,6 @@ use rarma_core::settings::COUNT;
 const FORMAT: &[u8] = &[2];
 /// Bytes of the record of a page.
 const OWN_BYTES: u32 = size(FORMAT.len()) as u32;
-/// How often a save tries to find room, and pages it erases for it at most: a worn half must
-/// not hold up the box for longer than its watchdog waits.
-const TRIES: u32 = 3;
-const ERASES: u32 = 2;
 /// How often a word is looked at where it may read differently every time.
 const LOOKS: u32 = 16;
 
@@ -138,15 +137,6 @@ impl<F: NorFlash> Half<'_, F> {
             Record::checked(bytes)
         });
         record.map_or(Found::Garbage(word), Found::Record)
-    }
-
-    /// Whether nothing is written in this half, but for pages' own records that may be torn:
-    /// the first save of all was cut.
-    pub fn is_blank(&mut self) -> bool {
-        self.pages().all(|page| {
-            let mut places = (page + OWN_BYTES..self.end_of(page)).step_by(WORD);
-            places.all(|at| self.look(at) == Found::Blank)
-        })
     }
 
     /// The count of a page in use.
@@ -301,235 +291,5 @@ impl<F: NorFlash> Half<'_, F> {
     /// Whether a word reads erased, not only once: after a power cut it may do so at times.
     fn is_erased(&mut self, at: u32) -> bool {
         (0..LOOKS).all(|_| self.look(at) == Found::Blank)
-    }
-
-    /// Writes a record behind everything in a page, keeping so much room after it. None if
-    /// there is no room for one that reads as it should.
-    fn put(&mut self, page: u32, record: &Record, margin: u32) -> Option<u32> {
-        let (end, size) = (self.end_of(page), record.bytes().len() as u32);
-        let mut at = end;
-        while at > page && self.look(at - WORD as u32) == Found::Blank {
-            at -= WORD as u32;
-        }
-        if at > page {
-            at += *self.gap;
-        }
-        let mut failed = 0;
-        while at + size + margin <= end && failed < TRIES {
-            let mut words = (at..at + size).step_by(WORD);
-            if let Some(unsure) = words.find(|word| !self.is_erased(*word)) {
-                at = unsure + WORD as u32;
-                continue;
-            }
-            let written = self.flash.write(at, record.bytes());
-            if written.is_ok() && self.look(at) == Found::Record(*record) {
-                *self.gap = 0;
-                return Some(at);
-            }
-            // The words behind those that do not take it may.
-            at += size;
-            failed += 1;
-        }
-        None
-    }
-
-    /// Writes a record to the head, without making room.
-    pub fn put_in_head(&mut self, record: &Record) -> Option<u32> {
-        let (head, _) = self.head()?;
-        self.put(head, record, 0)
-    }
-
-    /// Erases a page and makes it the head. False if it does not hold that.
-    pub fn lay(&mut self, page: u32, count: u32) -> bool {
-        let end = self.end_of(page);
-        self.flash.erase(page, end).is_ok()
-            && (page..end)
-                .step_by(WORD)
-                .all(|at| self.look(at) == Found::Blank)
-            && Record::new(PAGE, count, FORMAT)
-                .is_some_and(|record| self.put(page, &record, 0) == Some(page))
-    }
-
-    /// Makes a page that holds nothing needed the head, the next one around if possible.
-    pub fn open(&mut self, index: &Index) -> Result<(), StoreError> {
-        let head = self.head();
-        let count = head.map_or(1, |(_, count)| count + 1);
-        let mut tries = 0;
-        // Without a head the last page counts as one, and may be used last of all.
-        let last = self.range.end - Self::PAGE_BYTES;
-        let from = head.map_or(last, |(page, _)| page);
-        let last = head.is_none().then_some(last);
-        // What an erase has left unreadable comes last.
-        for sound in [true, false] {
-            for page in self.others(from).chain(last) {
-                if self.is_sound(page) != sound || self.needed(index, page) > 0 {
-                    continue;
-                }
-                if self.lay(page, count) {
-                    return Ok(());
-                }
-                tries += 1;
-                if tries == ERASES {
-                    return Err(StoreError::Flash);
-                }
-            }
-        }
-        Err(if tries > 0 {
-            StoreError::Flash
-        } else {
-            StoreError::Full
-        })
-    }
-
-    /// Copies what is needed of a page to the head, and notes where it is then.
-    fn evacuate(&mut self, index: &mut Index, page: u32) -> Result<(), StoreError> {
-        let (head, _) = self.head().ok_or(StoreError::Flash)?;
-        let mut at = page;
-        while at < self.end_of(page) {
-            let found = self.look(at);
-            if let Found::Record(record) = found
-                && self.is_needed(index, at, &record)
-            {
-                let put = self.put(head, &record, 0).ok_or(StoreError::Flash)?;
-                let word = ((put - self.range.start) / WORD as u32) as u16;
-                let place = place_of(record.claim.number);
-                if let Some(there) = place.and_then(|place| index.place.get_mut(place)) {
-                    *there = word;
-                }
-            }
-            at += found.size();
-        }
-        Ok(())
-    }
-
-    /// Whether a page is blank or has been in use, as far as its beginning tells.
-    fn is_sound(&mut self, page: u32) -> bool {
-        self.look(page) == Found::Blank || self.count(page).is_some()
-    }
-
-    /// Sees to it that the head is not the only page that could be used next. None if there
-    /// is no way to.
-    pub fn make_room(&mut self, index: &mut Index) -> Option<Room> {
-        let Some((head, _)) = self.head() else {
-            return Some(Room::Had);
-        };
-        let mut full = None;
-        for page in self.others(head) {
-            if self.needed(index, page) > 0 {
-                full = full.or(Some(page));
-            } else if self.is_sound(page) {
-                return Some(Room::Had);
-            }
-        }
-        match full {
-            Some(page) => self.evacuate(index, page).ok().map(|()| Room::Made),
-            // What is left is to be erased when it is used.
-            None => Some(Room::Had),
-        }
-    }
-
-    /// Adds a record, keeping so much room behind it while that costs nothing.
-    pub fn append(&mut self, record: &Record, margin: u32) -> Result<u32, StoreError> {
-        for tried in 0..TRIES {
-            let margin = if tried == 0 { margin } else { 0 };
-            if let Some((head, _)) = self.head()
-                && let Some(at) = self.put(head, record, margin)
-            {
-                return Ok(at);
-            }
-            let index = self.index();
-            if self.is_full(&index, record) {
-                return Err(StoreError::Full);
-            }
-            self.open(&index)?;
-            let mut index = self.index();
-            self.make_room(&mut index);
-        }
-        Err(StoreError::Flash)
-    }
-
-    /// Erases pages that hold nothing but their own record: a power cut may have ended its
-    /// writing, and it reads well at times.
-    pub fn drop_empty_pages(&mut self) {
-        for page in self.pages() {
-            let (own, end) = (page + OWN_BYTES, self.end_of(page));
-            let mut rest = (own..end).step_by(WORD);
-            if rest.all(|at| self.look(at) == Found::Blank)
-                && !(page..own).step_by(WORD).all(|at| self.is_erased(at))
-            {
-                // If that fails it stays as it is.
-                let _ = self.flash.erase(page, end);
-            }
-        }
-    }
-
-    /// Writes the last record once more, unless that has been done or something was written
-    /// at this start: a power cut may have ended its writing so late that it reads well now,
-    /// and another time does not.
-    pub fn seal(&mut self) {
-        let Some((page, _)) = self.head().filter(|_| *self.gap > 0) else {
-            return;
-        };
-        let (mut at, mut last, mut before) = (page, None, None);
-        while at < self.end_of(page) {
-            let found = self.look(at);
-            if let Found::Record(record) = found {
-                before = last.replace(record);
-            }
-            at += found.size();
-        }
-        if let Some(record) = last.filter(|record| record.claim.number != PAGE)
-            && before != last
-        {
-            // If that fails it stands as before.
-            let _ = self.append(&record, 0);
-        }
-    }
-
-    /// Whether there is no room for a record, whatever is erased: one page stays free.
-    pub fn is_full(&mut self, index: &Index, record: &Record) -> bool {
-        let mut bytes = record.bytes().len() as u32;
-        let (mut pages, mut needed) = (0, 0);
-        for page in self.pages() {
-            pages += 1;
-            needed += self.needed(index, page);
-        }
-        if self.search(record.claim.number).is_some() {
-            bytes = 0;
-        }
-        let page = Self::PAGE_BYTES - OWN_BYTES - RECORD_MOST as u32;
-        needed + bytes > (pages - 1) * page
-    }
-
-    /// Empties a page with damaged words, the head after others: what is needed is copied, the
-    /// page is erased. None if there is no such page, false if it did not work.
-    pub fn mend(&mut self, index: &mut Index) -> Option<bool> {
-        let head = self.head().map(|(page, _)| page);
-        let pages = index.damaged | index.spoilt;
-        let is_one = |this: &Self, page: u32| pages & this.bit(page) != 0;
-        let other = self
-            .pages()
-            .find(|page| is_one(self, *page) && Some(*page) != head);
-        let page = other.or(head.filter(|page| is_one(self, *page)))?;
-        let rest = !self.bit(page);
-        (index.damaged, index.spoilt) = (index.damaged & rest, index.spoilt & rest);
-        if self.needed(index, page) > 0 {
-            let opened = self.open(index).is_ok();
-            let head = self.head().map(|(page, _)| page);
-            // Without a free page there is one that a power cut kept from being filled.
-            if !opened && head == Some(page) || self.evacuate(index, page).is_err() {
-                return Some(false);
-            }
-        }
-        Some(self.flash.erase(page, self.end_of(page)).is_ok())
-    }
-
-    /// Erases a page beside the head. Only while the other half has everything.
-    pub fn give_up(&mut self) -> bool {
-        let Some((head, _)) = self.head() else {
-            return false;
-        };
-        let page = self.others(head).next();
-        page.is_some_and(|page| self.flash.erase(page, self.end_of(page)).is_ok())
     }
 }

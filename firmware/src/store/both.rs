@@ -1,0 +1,171 @@
+//! Both halves of the store, and how they come to hold the same.
+
+use super::half::{Found, Half, Index};
+use super::record::{Claim, PAGE, Record};
+use super::{Loaded, StoreError, place_of};
+use core::ops::Range;
+use embedded_storage::nor_flash::NorFlash;
+
+/// The range in two halves of whole pages, at least two each.
+pub(super) fn halves<F: NorFlash>(range: &Range<u32>) -> Result<[Range<u32>; 2], StoreError> {
+    let page = F::ERASE_SIZE as u32;
+    let pages = range.end.saturating_sub(range.start) / page;
+    if pages < 4 || !range.start.is_multiple_of(page) {
+        return Err(StoreError::Range);
+    }
+    let middle = range.start + pages / 2 * page;
+    Ok([range.start..middle, middle..middle + pages / 2 * page])
+}
+
+/// Both halves while they are being read and mended.
+pub(super) struct Both<'a, F> {
+    pub flash: &'a mut F,
+    pub ranges: [Range<u32>; 2],
+    /// See [`Half::gap`].
+    pub gaps: [u32; 2],
+}
+
+impl<F: NorFlash> Both<'_, F> {
+    pub fn half(&mut self, which: usize) -> Half<'_, F> {
+        let [first, second] = &self.ranges;
+        let [gap, other] = &mut self.gaps;
+        let (range, gap) = if which == 0 {
+            (first, gap)
+        } else {
+            (second, other)
+        };
+        Half {
+            range: range.clone(),
+            flash: &mut *self.flash,
+            gap,
+        }
+    }
+
+    pub fn indices(&mut self) -> [Index; 2] {
+        [self.half(0).index(), self.half(1).index()]
+    }
+
+    /// The newest record of a number.
+    pub fn newest(&mut self, number: u16) -> Option<Record> {
+        let first = self.half(0).search(number);
+        let second = self.half(1).search(number);
+        let records = [first, second].into_iter().flatten();
+        let newest = records.max_by_key(|(_, record)| record.claim.order);
+        newest.map(|(_, record)| record)
+    }
+
+    /// Copies what one half has and the other lacks. True if there was such a thing and every
+    /// copy was taken; once one was not, nothing more is tried at this start.
+    pub fn level(&mut self, [first, second]: &[Index; 2], loaded: &mut Loaded) -> bool {
+        let mut differed = false;
+        let mut refuses = false;
+        for (place, orders) in first.order.into_iter().zip(second.order).enumerate() {
+            let (from, index) = match orders {
+                (a, b) if a == b => continue,
+                (a, b) if a > b => (0, first),
+                _ => (1, second),
+            };
+            differed = true;
+            // What read well just now may not a moment later.
+            let Some((_, record)) = self.half(from).read(index, place) else {
+                continue;
+            };
+            if refuses {
+                loaded.once.add(place);
+            } else if self.half(1 - from).append(&record, 0).is_ok() {
+                loaded.repaired.add(place);
+            } else {
+                loaded.once.add(place);
+                refuses = true;
+            }
+        }
+        differed && !refuses
+    }
+
+    /// The same for numbers that no setting has: a later firmware's, to be kept.
+    pub fn level_foreign(&mut self) {
+        for from in [0, 1] {
+            let (mut at, end) = (self.half(from).range.start, self.half(from).range.end);
+            while at < end {
+                let found = self.half(from).look(at);
+                let this = at;
+                at += found.size();
+                let Found::Record(record) = found else {
+                    continue;
+                };
+                let number = record.claim.number;
+                if number == PAGE || place_of(number).is_some() {
+                    continue;
+                }
+                let newest = self.half(from).search(number);
+                let there = self.half(1 - from).search(number);
+                let lacks = there.is_none_or(|(_, r)| r.claim.order < record.claim.order);
+                if lacks && newest.is_some_and(|(newest, _)| newest == this) {
+                    // It stands once then, as before.
+                    let _ = self.half(1 - from).append(&record, 0);
+                }
+            }
+        }
+    }
+
+    /// Whether any word of a half begins with this claim, as a sound record or not.
+    fn holds(&mut self, which: usize, is: impl Fn(Claim, bool) -> bool) -> bool {
+        let mut half = self.half(which);
+        let (mut at, end) = (half.range.start, half.range.end);
+        while at < end {
+            let found = half.look(at);
+            let hit = match found {
+                Found::Blank => false,
+                Found::Garbage(word) => Claim::of(word).is_some_and(|claim| is(claim, false)),
+                Found::Record(record) => is(record.claim, true),
+            };
+            if hit {
+                return true;
+            }
+            at += found.size();
+        }
+        false
+    }
+
+    /// Names settings of which a damaged record is newer than every good one. What it says
+    /// of itself is believed if it is an order that was given and no other record has it; of
+    /// an order after all others if both halves say it, for a save that a power cut ended
+    /// has not come to the second half unless it is good in the first.
+    pub fn fallen(&mut self, [first, second]: &[Index; 2], loaded: &mut Loaded) {
+        let top = first.top.order.max(second.top.order);
+        for which in [0, 1] {
+            let (mut at, end) = (self.half(which).range.start, self.half(which).range.end);
+            while at < end {
+                let found = self.half(which).look(at);
+                at += found.size();
+                let Found::Garbage(word) = found else {
+                    continue;
+                };
+                let Some(claim) = Claim::of(word) else {
+                    continue;
+                };
+                let Some(place) = place_of(claim.number) else {
+                    continue;
+                };
+                let best = |index: &Index| index.order.get(place).copied().unwrap_or(0);
+                let best = best(first).max(best(second));
+                if claim.order <= best {
+                    continue;
+                }
+                let believed = if claim.order > top {
+                    self.holds(1 - which, |other, sound| !sound && other == claim)
+                } else {
+                    let other = |other: Claim, sound: bool| {
+                        sound && other.order == claim.order && other.number != PAGE
+                    };
+                    !self.holds(0, other) && !self.holds(1, other)
+                };
+                match (believed, best) {
+                    (false, _) => {}
+                    (true, 0) => loaded.defaulted.add(place),
+                    (true, _) => loaded.older.add(place),
+                }
+            }
+        }
+    }
+}
