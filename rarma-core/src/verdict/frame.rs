@@ -11,7 +11,7 @@ const HALF: usize = 1024;
 /// Samples that are kept.
 pub(super) const FRAME: usize = 2 * HALF;
 /// Between two windows, s.
-pub(super) const HOP_S: f64 = 0.05;
+pub const HOP_S: f64 = 0.05;
 /// Length of the window at 6 kHz, s; at other rates it goes with the root of the period,
 /// half way between the same time and the same number of samples.
 const WINDOW_S: f64 = 0.25;
@@ -117,6 +117,8 @@ impl<T: Real> Frame<T> {
 
     #[inline(always)]
     pub(super) fn push(&mut self, x: T) {
+        // One bad sample would spoil the belief for ever.
+        let x = if x.is_finite() { x } else { T::ZERO };
         self.ring[self.next & (FRAME - 1)] = x;
         self.next = (self.next + 1) & (FRAME - 1);
     }

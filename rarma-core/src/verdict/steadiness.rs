@@ -55,21 +55,29 @@ impl<T: Real> Steadiness<T> {
 
     /// S.
     pub(super) fn value(&self) -> T {
-        let looks = (SEGMENTS - LOOK + 1) as u32;
-        let (mut mean, mut square) = (T::ZERO, T::ZERO);
-        for look in self.sums.windows(LOOK) {
+        let mut powers = [T::ZERO; SEGMENTS - LOOK + 1];
+        let mut mean = T::ZERO;
+        for (power, look) in powers.iter_mut().zip(self.sums.windows(LOOK)) {
             let (mut re, mut im) = (T::ZERO, T::ZERO);
             for (sum, weight) in look.iter().zip(WEIGHTS) {
                 re += sum.0 * T::from_f64(weight);
                 im += sum.1 * T::from_f64(weight);
             }
-            let v = re * re + im * im;
-            mean += v;
-            square += v * v;
+            *power = re * re + im * im;
+            mean += *power;
         }
-        let n = T::from_u32(looks);
+        let n = T::from_u32(powers.len() as u32);
         mean /= n;
-        (square / n / (mean * mean + T::from_f64(1e-30)) - T::ONE).max(T::ZERO)
+        if mean <= T::ZERO {
+            return T::ZERO;
+        }
+        // Parts of the mean, so that no power is squared.
+        let mut square = T::ZERO;
+        for power in powers {
+            let off = power / mean - T::ONE;
+            square += off * off;
+        }
+        square / n
     }
 }
 
