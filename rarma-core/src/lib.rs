@@ -17,7 +17,7 @@ pub mod settings;
 pub mod spectrum;
 mod ud;
 pub mod wire;
-pub use monitor::AnyMonitor;
+pub use monitor::Monitor;
 pub use order::Order;
 pub use real::Real;
 pub use ud::UdFactors;

@@ -90,28 +90,59 @@ pub(super) struct Start<T, const N: usize> {
 }
 
 impl<T: Real, const N: usize> Start<T, N> {
+    /// Zeros, until [`Self::begin`].
+    pub const BLANK: Self = Self {
+        stage: Stage::Collect,
+        last: Stage::Collect,
+        store: [T::ZERO; ROOM],
+        taken: 0,
+        length: 0,
+        place: 0,
+        order: 0,
+        wanted: 0,
+        reflection: T::ZERO,
+        cross: T::ZERO,
+        square: T::ZERO,
+        overwritten: T::ZERO,
+        round: 0,
+        next: [T::ZERO; N],
+    };
+
     /// Nothing collected; over at once for 0 samples.
-    pub fn new(samples: u32, gain: Gain<T>) -> Self {
-        let last = match gain {
+    pub fn begin(&mut self, samples: u32, gain: Gain<T>) {
+        let of_gain = match gain {
             Gain::Covariance => Stage::Over,
             Gain::Normalised { .. } => Stage::Steepest,
         };
-        let length = (samples as usize).min(MOST);
-        Self {
-            stage: if length == 0 { last } else { Stage::Collect },
+        // All of them by name, so that none is forgotten.
+        let Self {
+            stage,
             last,
-            store: [T::ZERO; ROOM],
-            taken: 0,
+            store,
+            taken,
             length,
-            place: 0,
-            order: 0,
-            wanted: 0,
-            reflection: T::ZERO,
-            cross: T::ZERO,
-            square: T::ZERO,
-            overwritten: T::ZERO,
-            round: 0,
-            next: [T::ZERO; N],
+            place,
+            order,
+            wanted,
+            reflection,
+            cross,
+            square,
+            overwritten,
+            round,
+            next,
+        } = self;
+        *length = (samples as usize).min(MOST);
+        *stage = if *length == 0 {
+            of_gain
+        } else {
+            Stage::Collect
+        };
+        *last = of_gain;
+        store.fill(T::ZERO);
+        next.fill(T::ZERO);
+        (*taken, *place, *order, *wanted, *round) = (0, 0, 0, 0, 0);
+        for x in [reflection, cross, square, overwritten] {
+            *x = T::ZERO;
         }
     }
 
@@ -326,9 +357,9 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
     }
 
     fn clear_filters(&mut self) {
-        self.phi = [T::ZERO; N];
-        self.psi = [T::ZERO; N];
-        self.older = [T::ZERO; N];
+        self.phi.fill(T::ZERO);
+        self.psi.fill(T::ZERO);
+        self.older.fill(T::ZERO);
     }
 
     /// One row of a round: y_f − ê_f = −Σ aᵢ y_f(t−i) + Σ cⱼ ê_f(t−j) + error.

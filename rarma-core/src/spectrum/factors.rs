@@ -38,6 +38,12 @@ struct Residue<T> {
 }
 
 impl<T: Real> Quadratic<T> {
+    /// Both roots at 0.
+    const BLANK: Self = Self {
+        u: T::ZERO,
+        v: T::ZERO,
+    };
+
     /// The two roots.
     pub fn roots(&self) -> Roots<T> {
         let half = self.u * T::from_f64(0.5);
@@ -135,6 +141,16 @@ impl<T: Real, const P: usize> Default for FactorTracker<T, P> {
 }
 
 impl<T: Real, const P: usize> FactorTracker<T, P> {
+    /// Zeros, until [`Self::restart`].
+    pub(crate) const BLANK: Self = Self {
+        factors: [Quadratic::BLANK; P],
+        search: [Quadratic::BLANK; P],
+        searching: false,
+        attempts: 0,
+        unsettled: 0,
+        sweeps: 0,
+    };
+
     /// Factors on a circle, to be found by the first samples.
     pub fn new() -> Self {
         let start = circle(P.div_ceil(2), 0);
@@ -146,6 +162,11 @@ impl<T: Real, const P: usize> FactorTracker<T, P> {
             unsettled: 0,
             sweeps: 0,
         }
+    }
+
+    /// Forgets everything, as [`Self::new`] knows nothing.
+    pub fn restart(&mut self) {
+        *self = Self::new();
     }
 
     /// Factors of a polynomial of degree `p`: ⌈p/2⌉ of them, in an order that is
