@@ -79,7 +79,7 @@ pub struct RecursiveArma<T, const P: usize, const Q: usize, const N: usize> {
     pub(super) older: [T; N],
     pub(super) covariance: UdFactors<T, N>,
     pub(super) config: RarmaConfig<T>,
-    inverse_lambda: T,
+    pub(super) inverse_lambda: T,
     pub(super) sigma2: T,
     /// Gain of the next innovation on σ².
     pub(super) variance_gain: T,
@@ -91,9 +91,9 @@ pub struct RecursiveArma<T, const P: usize, const Q: usize, const N: usize> {
     pub(super) known: u32,
     pub(super) count: u32,
     /// Factor whose turn it is to be held in range and, with a random walk, spread.
-    turn: usize,
+    pub(super) turn: usize,
     /// Factors that stood at the ceiling in this round of turns.
-    at_ceiling: usize,
+    pub(super) at_ceiling: usize,
     pub(super) start: Start<T, N>,
 }
 
@@ -121,73 +121,6 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
         const { assert!(N == P + Q, "N must be P + Q") };
         const { assert!(N > 0, "an ARMA(0,0) model has nothing to estimate") };
         Self::raw(config)
-    }
-
-    /// Nothing at all, until [`Self::restart`]. Every bit is 0: where it is put, no copy of
-    /// it is made first.
-    pub(crate) const BLANK: Self = Self {
-        theta: [T::ZERO; N],
-        phi: [T::ZERO; N],
-        psi: [T::ZERO; N],
-        older: [T::ZERO; N],
-        covariance: UdFactors::BLANK,
-        config: RarmaConfig::BLANK,
-        inverse_lambda: T::ZERO,
-        sigma2: T::ZERO,
-        variance_gain: T::ZERO,
-        recent: T::ZERO,
-        power: T::ZERO,
-        known: 0,
-        count: 0,
-        turn: 0,
-        at_ceiling: 0,
-        start: Start::BLANK,
-    };
-
-    /// Storage without the check of N, for a run-time order below the capacity.
-    pub(super) fn raw(config: RarmaConfig<T>) -> Self {
-        let mut this = Self::BLANK;
-        this.restart(config);
-        this
-    }
-
-    /// Forgets everything and takes these settings, as [`Self::new`] does, but in place: a
-    /// model is 6 KB, and no second one lies on the stack meanwhile.
-    #[cold]
-    #[inline(never)]
-    pub fn restart(&mut self, config: RarmaConfig<T>) {
-        // All of them by name, so that none is forgotten.
-        let Self {
-            theta,
-            phi,
-            psi,
-            older,
-            covariance,
-            config: settings,
-            inverse_lambda,
-            sigma2,
-            variance_gain,
-            recent,
-            power,
-            known,
-            count,
-            turn,
-            at_ceiling,
-            start,
-        } = self;
-        let config = config.checked().unwrap_or_default();
-        for parameters in [theta, phi, psi, older] {
-            parameters.fill(T::ZERO);
-        }
-        covariance.reset(config.start_variance);
-        *inverse_lambda = T::ONE / config.forgetting;
-        *variance_gain = T::ONE;
-        for x in [sigma2, recent, power] {
-            *x = T::ZERO;
-        }
-        (*known, *count, *turn, *at_ceiling) = (0, 0, 0, 0);
-        start.begin(config.start_samples, config.gain);
-        *settings = config;
     }
 
     /// Takes one sample; see the type for the recurrence. A sample that is not
@@ -393,11 +326,6 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
             self.variance_gain =
                 (self.variance_gain / (T::ONE + self.variance_gain)).max(self.config.variance_gain);
         }
-    }
-
-    /// Forgets everything but the settings.
-    pub fn reset(&mut self) {
-        self.restart(self.config);
     }
 }
 
