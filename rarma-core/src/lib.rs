@@ -18,7 +18,7 @@ pub mod spectrum;
 mod ud;
 pub mod verdict;
 pub mod wire;
-pub use monitor::AnyMonitor;
+pub use monitor::Monitor;
 pub use order::Order;
 pub use real::Real;
 pub use ud::UdFactors;
