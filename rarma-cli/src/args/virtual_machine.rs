@@ -1,7 +1,9 @@
 //! Options of the commands around the virtual machine tool.
 
 use super::{any_order, pair, within};
+use crate::failure::Failure;
 use clap::Args;
+use rarma_core::verdict::VerdictConfig;
 use std::path::PathBuf;
 
 /// Options of `lobes`.

@@ -59,35 +59,35 @@ macro_rules! numbers {
 
 numbers! {
     /// Evidence from which on chatter is called.
-    call: -0.8, -3.0..=3.0;
+    call: 0.0, -3.0..=3.0;
     /// Evidence, below the call, under which an alarm ends.
-    hysteresis: 1.3, 0.1..=5.0;
+    hysteresis: 2.1, 0.1..=5.0;
     /// Time in which evidence of 1 moves the sum by 1, s.
-    memory_s: 0.5, 0.1..=5.0;
+    memory_s: 0.36, 0.1..=5.0;
     /// The sum starts at this and never falls below it.
-    doubt: -2.0, -6.0..=0.0;
+    doubt: -3.0, -6.0..=0.0;
     /// Evidence of a line that nothing speaks against.
-    belief: 1.39, 0.0..=10.0;
+    belief: 0.6, 0.0..=10.0;
     /// Weight of the log-odds that the rotation does not make the line.
-    free_weight: 0.78, 0.0..=4.0;
+    free_weight: 1.25, 0.0..=4.0;
     /// Largest log-odds that count for the line.
-    free_most: 1.66, 0.0..=6.0;
+    free_most: 1.8, 0.0..=6.0;
     /// Log-odds of the family's part of what the rotation leaves, below which it speaks
     /// against chatter.
-    part_of_rest: 0.3, -5.0..=5.0;
+    part_of_rest: 0.0, -5.0..=5.0;
     /// The same for its part of all power.
-    part_of_all: -2.0, -6.0..=3.0;
+    part_of_all: -0.85, -6.0..=3.0;
     /// Level over idle, dB, below which it speaks against.
-    over_idle_db: 20.6, 0.0..=40.0;
+    over_idle_db: 23.0, 0.0..=40.0;
     /// Level over an idle that was never heard, dB.
-    unheard_idle_db: 13.3, 0.0..=40.0;
+    unheard_idle_db: 15.0, 0.0..=40.0;
     /// ln of the fluctuation S of the line's power within the window, above which it
     /// speaks against.
-    fluctuation: -0.4, -5.0..=2.0;
+    fluctuation: -0.65, -5.0..=2.0;
     /// lg of the level over the loudest heard, below which it speaks against.
-    level: -0.24, -3.0..=0.0;
+    level: -0.17, -3.0..=0.0;
     /// Standard deviation of a told speed, as a part of it.
-    told_sd: 0.01, 0.001..=0.03;
+    told_sd: 0.015, 0.001..=0.03;
     /// Part of the forced lines that lie on multiples of the teeth, not only of the turn.
     on_teeth: 0.7, 0.3..=1.0;
     /// Multiple of the tooth frequency from which on forced lines become rare.

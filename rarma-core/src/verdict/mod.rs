@@ -24,6 +24,8 @@ mod judge;
 mod lines;
 mod steadiness;
 mod tracks;
+#[cfg(test)]
+mod verdict_tests;
 
 pub use caller::Caller;
 pub use config::{VerdictConfig, VerdictError};
