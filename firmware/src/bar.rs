@@ -47,7 +47,7 @@ impl Default for BarDuty {
             bar: None,
             half: None,
             both: false,
-            map: StiffnessMap::default(),
+            map: StiffnessMap::BLANK,
             points: CirclePoints::default(),
             sums: (0.0, 0.0),
             in_point: 0,
@@ -81,7 +81,7 @@ impl BarDuty {
         self.procedure = Some(Procedure::new(config, schedule).ok_or(Denial::Limit)?);
         self.standing = None;
         self.bar = Some(*bar);
-        self.map = StiffnessMap::default();
+        self.map.reset();
         self.half = None;
         self.both = job.both;
         self.news.clear();

@@ -30,4 +30,4 @@ pub use app::{App, Outcome};
 pub use board::{Block, Board, BoardError, BoardErrorKind, BoxBoard, Clock, Parts, SampleSource};
 pub use current_loop::CurrentLoop;
 pub use last_words::last_words;
-pub use sensor_box::{Opening, SensorBox};
+pub use sensor_box::SensorBox;

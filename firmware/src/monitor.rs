@@ -1,10 +1,9 @@
 //! The monitor duty: samples in, telemetry out. Fast path; once a sample.
 
 use crate::notices::Notices;
-use rarma_core::AnyMonitor;
 use rarma_core::condition::HealthCounts;
 use rarma_core::decide::{AlarmEvent, Histogram};
-use rarma_core::monitor::{MonitorConfig, MonitorError, Report};
+use rarma_core::monitor::{Monitor, MonitorError, Report};
 use rarma_core::wire::{AlarmMessage, Finished, HistogramMessage, MonitorJob, Telemetry, Verdict};
 
 /// The distribution of the followed mode's amplitude is told this often, s.
@@ -12,13 +11,14 @@ const HISTOGRAM_S: f64 = 1.0;
 
 /// Listens, and says at the rate asked for what it hears; alarms at once.
 ///
-/// A duty is 21 KB: a board with little memory keeps one in a static, idle at first, and
+/// A duty is 22 KB: a board with little memory keeps one in a static, idle at first, and
 /// has it [`begin`](Self::begin) there.
 #[derive(Debug, Clone)]
 pub struct MonitorDuty {
+    /// Always there, so that a job begins where the monitor lies.
+    monitor: Monitor<f32>,
     /// None while idle.
-    monitor: Option<AnyMonitor<f32>>,
-    telling: Telling,
+    telling: Option<Telling>,
 }
 
 impl MonitorDuty {
@@ -35,12 +35,8 @@ impl MonitorDuty {
     /// A duty that takes no notice of samples.
     pub fn idle() -> Self {
         Self {
-            monitor: None,
-            telling: Telling::new(&MonitorJob {
-                monitor: MonitorConfig::new(1.0),
-                channel: 0,
-                every_s: 1.0,
-            }),
+            monitor: Monitor::unstarted(),
+            telling: None,
         }
     }
 
@@ -49,47 +45,53 @@ impl MonitorDuty {
     /// # Errors
     /// The setting that is out of range; the duty is then as it was.
     pub fn begin(&mut self, job: &MonitorJob) -> Result<(), MonitorError> {
-        AnyMonitor::place(&mut self.monitor, &job.monitor)?;
-        self.telling = Telling::new(job);
+        self.monitor.restart(&job.monitor)?;
+        self.telling = Some(Telling::new(job));
         Ok(())
     }
 
     /// Whether it takes no notice of samples.
     pub fn is_idle(&self) -> bool {
-        self.monitor.is_none()
+        self.telling.is_none()
     }
 
     /// Takes no notice of samples from now on.
     pub fn end(&mut self) {
-        self.monitor = None;
+        self.telling = None;
     }
 
-    /// First message of the run.
+    /// First message of the run; of no rate and no order while idle.
     pub fn started(&self) -> Telemetry {
-        self.telling.started()
+        let none = Telemetry::Started {
+            fs_hz: 0.0,
+            p: 0,
+            q: 0,
+        };
+        self.telling.as_ref().map_or(none, Telling::started)
     }
 
     /// Takes one sample; hands what there is to say to `say`.
     #[inline]
     pub fn sample(&mut self, x: f32, say: &mut impl FnMut(&Telemetry)) {
-        if let Some(monitor) = &mut self.monitor
-            && let Some(report) = monitor.push(x)
+        if let Some(telling) = &mut self.telling
+            && let Some(report) = self.monitor.push(x)
         {
-            self.telling.report(&report, || monitor.histogram(), say);
+            let monitor = &self.monitor;
+            telling.report(&report, || monitor.histogram(), say);
         }
     }
 
     /// A tacho pulse has just come, `fraction` of a sample before the newest sample.
     pub fn pulse(&mut self, fraction: f32) {
-        if let Some(monitor) = &mut self.monitor {
-            monitor.pulse(fraction);
+        if !self.is_idle() {
+            self.monitor.pulse(fraction);
         }
     }
 
     /// The source lost samples.
     pub fn missing(&mut self, samples: u32) {
-        if let Some(monitor) = &mut self.monitor {
-            monitor.missing(samples);
+        if !self.is_idle() {
+            self.monitor.missing(samples);
         }
     }
 
@@ -100,15 +102,14 @@ impl MonitorDuty {
         late_blocks: u32,
         dropped_frames: u32,
     ) -> Telemetry {
-        let heard = self.monitor.as_ref();
-        let (samples, health) = heard.map_or_else(Default::default, |monitor| {
-            (monitor.samples(), monitor.health())
-        });
+        let monitor = &self.monitor;
+        let told = self.telling.as_ref();
+        let totals = told.map(|telling| telling.finished(monitor.samples(), monitor.health()));
         Telemetry::Finished(Finished {
             longest_block_us,
             late_blocks,
             dropped_frames,
-            ..self.telling.finished(samples, health)
+            ..totals.unwrap_or_default()
         })
     }
 }
@@ -283,6 +284,7 @@ impl LongSum {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rarma_core::monitor::MonitorConfig;
 
     #[test]
     fn a_long_sum_keeps_what_single_precision_loses() {

@@ -35,7 +35,7 @@ mod tests {
     use rarma_core::estimate::{Arma87, RarmaConfig};
     use rarma_core::monitor::{Monitor, MonitorConfig};
     use rarma_core::wire::{Deframer, MAX_FRAME, Telemetry, Verdict, encode};
-    use rarma_core::{AnyMonitor, Order, Real};
+    use rarma_core::{Order, Real};
 
     /// Uniform noise of −1 to 1, the same on every machine.
     struct Noise(u32);
@@ -99,7 +99,7 @@ mod tests {
                 order: Order::O43,
                 ..MonitorConfig::new(6000.0)
             };
-            let Ok(mut monitor) = AnyMonitor::<f32>::new(&config) else {
+            let Ok(mut monitor) = Monitor::<f32>::new(&config) else {
                 defmt::panic!("settings are in range");
             };
             let mut noise = Noise(3);
@@ -123,7 +123,7 @@ mod tests {
     /// Bad samples end in a named state, and a report survives its frame.
     #[test]
     fn bad_samples_are_named_and_frames_survive() {
-        let Ok(mut monitor) = Monitor::<f32, 8, 7, 15>::new(&MonitorConfig::new(6000.0)) else {
+        let Ok(mut monitor) = Monitor::<f32>::new(&MonitorConfig::new(6000.0)) else {
             defmt::panic!("settings are in range");
         };
         let mut noise = Noise(5);

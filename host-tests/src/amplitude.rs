@@ -6,7 +6,7 @@ use core::f64::consts::TAU;
 use rarma_core::Order;
 use rarma_core::condition::{Band, BandFilter, KnownLines};
 use rarma_core::decide::{Amplitude, AmplitudeReading, Fpk, Label, Mode};
-use rarma_core::monitor::{AnyMonitor, DECISION_PERIOD_S, MonitorConfig};
+use rarma_core::monitor::{DECISION_PERIOD_S, Monitor, MonitorConfig};
 use rarma_core::spectrum::Envelope;
 
 /// Spindle lines removed at most, and the memory of that, s.
@@ -82,7 +82,7 @@ pub fn listen(how: &Listening, samples: &[f64]) -> Heard {
         spindle_hz: how.spindle_hz,
         ..MonitorConfig::new(how.fs_hz)
     };
-    let mut monitor = AnyMonitor::<f32>::new(&config).expect("settings in range");
+    let mut monitor = Monitor::<f32>::new(&config).expect("settings in range");
     let mut filter = BandFilter::<f32>::new(how.band, how.fs_hz).expect("a band");
     let fs = how.fs_hz / filter.factor() as f64;
     let lines: Vec<f64> = how

@@ -1,6 +1,6 @@
 //! A monitor beside a signal, and what it said in the end.
 
-use rarma_core::AnyMonitor;
+use rarma_core::Monitor;
 use rarma_core::decide::{AlarmEvent, State};
 use rarma_core::monitor::MonitorConfig;
 use rayon::prelude::*;
@@ -39,7 +39,7 @@ pub struct Watched {
 /// # Panics
 /// A setting is out of range.
 pub fn watch(config: &MonitorConfig, samples: impl IntoIterator<Item = f64>) -> Watched {
-    let mut monitor = AnyMonitor::<f32>::new(config).expect("settings in range");
+    let mut monitor = Monitor::<f32>::new(config).expect("settings in range");
     let mut out = Watched::default();
     let mut last = None;
     for x in samples {

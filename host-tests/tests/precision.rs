@@ -7,7 +7,7 @@ use host_tests::signal;
 use host_tests::statistics::quantile;
 use rarma_core::decide::{AlarmEvent, Evidence, Mode, State};
 use rarma_core::monitor::{MonitorConfig, Report, SpindleReport};
-use rarma_core::{AnyMonitor, Order, Real};
+use rarma_core::{Monitor, Order, Real};
 
 /// Longest difference of an alarm's time between single and double precision, s. Host and
 /// chip in single precision do not differ at all (emulated_chip.rs).
@@ -21,7 +21,7 @@ struct Heard {
 }
 
 fn hear<T: Real>(config: &MonitorConfig, samples: &[f64]) -> Heard {
-    let mut monitor = AnyMonitor::<T>::new(config).expect("settings in range");
+    let mut monitor = Monitor::<T>::new(config).expect("settings in range");
     let mut heard = Heard {
         reports: Vec::new(),
         alarms: Vec::new(),

@@ -13,7 +13,7 @@ use host_tests::statistics::{quantile, rms};
 use host_tests::{rarma, signal};
 use rarma_cli::ear::{self, Forced};
 use rarma_cli::scenario;
-use rarma_core::AnyMonitor;
+use rarma_core::Monitor;
 use rarma_core::condition::Fault;
 use rarma_core::decide::{AlarmEvent, ChannelFault};
 use rarma_core::monitor::{MonitorConfig, PairConfig, PairMonitor};
@@ -96,7 +96,7 @@ fn take(said: &mut Said, event: AlarmEvent<f32>, t: f64) {
 
 fn alone(config: &MonitorConfig, x: &[f64]) -> Said {
     let mut said = Said::default();
-    let mut monitor = AnyMonitor::<f32>::new(config).expect("settings in range");
+    let mut monitor = Monitor::<f32>::new(config).expect("settings in range");
     for (n, x) in x.iter().enumerate() {
         if let Some(report) = monitor.push(*x as f32) {
             take(&mut said, report.event, n as f64 / config.fs_hz);

@@ -48,17 +48,24 @@ pub struct UdFactors<T, const N: usize> {
 }
 
 impl<T: Real, const N: usize> UdFactors<T, N> {
+    /// Zeros, until [`Self::reset`].
+    pub(crate) const BLANK: Self = Self {
+        u: [[T::ZERO; N]; N],
+        d: [T::ZERO; N],
+    };
+
     /// `variance` times the identity.
     pub fn diagonal(variance: T) -> Self {
         Self {
-            u: [[T::ZERO; N]; N],
             d: [variance; N],
+            ..Self::BLANK
         }
     }
 
-    /// Back to `variance` times the identity.
+    /// Back to `variance` times the identity, in place.
     pub fn reset(&mut self, variance: T) {
-        *self = Self::diagonal(variance);
+        self.u.as_flattened_mut().fill(T::ZERO);
+        self.d.fill(variance);
     }
 
     /// Diagonal factors in use; all positive.

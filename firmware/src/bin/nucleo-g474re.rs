@@ -15,10 +15,10 @@ fn main() {
 mod target {
     use core::sync::atomic::{AtomicBool, Ordering};
     use defmt_rtt as _;
+    use firmware::SensorBox;
     use firmware::board::{BoxBoard, Emergency};
     use firmware::boards::nucleo_g474re::{LastResort, MemoryError, Nucleo, memory_failed};
     use firmware::last_words::last_words;
-    use firmware::{Opening, SensorBox};
     use rarma_core::guard::FaultCode;
     use static_cell::StaticCell;
 
@@ -84,17 +84,16 @@ mod target {
     #[cortex_m_rt::entry]
     fn main() -> ! {
         let mut board = Nucleo::set_up();
-        let (sensor_box, opening) = place(&mut board);
-        sensor_box.open(&mut board, opening);
+        let sensor_box = place(&mut board);
+        sensor_box.open(&mut board);
         defmt::info!("listening at {=f64} Hz", Nucleo::SAMPLE_RATE_HZ);
         sensor_box.run(&mut board)
     }
 
-    /// The box in its place; a function of its own, so that what it needs of the stack is
-    /// given back.
+    /// The box, made in its place; a function of its own, so that what it needs of the stack
+    /// is given back.
     #[inline(never)]
-    fn place(board: &mut Nucleo) -> (&'static mut SensorBox, Opening) {
-        let (sensor_box, opening) = SensorBox::prepare(board);
-        (BOX.init(sensor_box), opening)
+    fn place(board: &mut Nucleo) -> &'static mut SensorBox {
+        BOX.init_with(|| SensorBox::prepare(board))
     }
 }

@@ -15,8 +15,6 @@ mod report;
 mod start;
 mod tick;
 
-pub use start::Opening;
-
 use crate::board::BoxBoard;
 use crate::commands::Commands;
 use crate::control::Control;
@@ -51,6 +49,8 @@ pub struct SensorBox {
     pub(crate) control: Control,
     pub(crate) started: Started,
     pub(crate) before: Option<FaultRecord>,
+    /// Found at the start, and not told yet.
+    unsaid: Option<FaultRecord>,
     pub(crate) loop_hz: f64,
     pub(crate) sample_hz: f64,
     commands: Commands,

@@ -16,23 +16,18 @@ use rarma_core::guard::{
 use rarma_core::settings::{BOX_START, Settings};
 use rarma_core::wire::{NO_SESSION, NOBODY, Started, Telemetry};
 
-/// What a start has found, to be said once the box is in its place.
-#[derive(Debug, Clone, Copy)]
-pub struct Opening {
-    past: Option<FaultRecord>,
-}
-
 impl SensorBox {
     /// Starts: reads why there was a reset and what is stored, and says so. Outputs are off.
     pub fn start<B: BoxBoard>(board: &mut B) -> Self {
-        let (mut this, opening) = Self::prepare(board);
-        this.open(board, opening);
+        let mut this = Self::prepare(board);
+        this.open(board);
         this
     }
 
     /// First half of [`Self::start`], for a board that keeps the box in a static because it
     /// is large: reads why there was a reset and what is stored.
-    pub fn prepare<B: BoxBoard>(board: &mut B) -> (Self, Opening) {
+    #[inline(always)]
+    pub fn prepare<B: BoxBoard>(board: &mut B) -> Self {
         board.drop_outputs();
         let now_us = board.now_us();
         let (started, before, past) = past(board, now_us);
@@ -42,7 +37,7 @@ impl SensorBox {
         let (store, loaded) = Store::load_from(board, &mut settings);
         // Not armed with this plan: arming makes its own and refuses settings that disagree.
         let plan = RigPlan::unchecked(&settings, B::LOOP_RATE_HZ);
-        let this = Self {
+        Self {
             supervisor: Supervisor::new(past),
             listening: Listening::new(B::SAMPLE_RATE_HZ),
             rig: RigDuty::new(plan),
@@ -65,17 +60,16 @@ impl SensorBox {
             findings: Findings::new(loaded),
             started,
             before,
-        };
-        let opening = Opening { past };
-        (this, opening)
+            unsaid: past,
+        }
     }
 
-    /// Second half of [`Self::start`]: says what was found, and begins to listen if the
+    /// Second half of [`Self::start`], once: says what was found, and begins to listen if the
     /// settings say so.
-    pub fn open<B: BoxBoard>(&mut self, board: &mut B, opening: Opening) {
+    pub fn open<B: BoxBoard>(&mut self, board: &mut B) {
         let hello = crate::commands::identity::<B>(self);
         self.tell.tell(board, &Telemetry::Hello(hello));
-        if let Some(record) = opening.past {
+        if let Some(record) = self.unsaid.take() {
             self.tell.fault(board, record, Severity::Trip, Mode::Safe);
         }
         if self.settings.whole(BOX_START) == 1 {

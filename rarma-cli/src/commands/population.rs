@@ -20,6 +20,7 @@ pub(super) fn main(args: &PopulationArgs) -> Result<u8, Failure> {
         tellings: args.told.clone(),
         detectors: args.detectors.0.clone(),
         curve: args.curve,
+        numbers: args.numbers()?,
     };
     if let Some(folder) = &args.out {
         output::folder(folder)?;

@@ -15,6 +15,7 @@ use crate::failure::Failure;
 use detectors::{ALL, Recording, Said};
 use hal_sim::population::Cut;
 use hal_sim::population::heard::Heard;
+use rarma_core::verdict::VerdictConfig;
 use score::{Score, judge};
 use std::time::Instant;
 pub use tally::Tally;
@@ -57,6 +58,8 @@ pub struct Asked {
     pub detectors: Vec<usize>,
     /// All thresholds of those, too, that have to listen anew for each.
     pub curve: bool,
+    /// Numbers of the verdict.
+    pub numbers: VerdictConfig,
 }
 
 /// Draws, plays and judges the cut of one seed.
@@ -84,7 +87,8 @@ pub fn judged(seed: u64, asked: &Asked) -> Result<Judged, Failure> {
                 None => {
                     let speed = told.speed(&cut);
                     let aliased = cut.sensor.folds > 1;
-                    let recording = Recording::new(&heard, speed, cut.teeth(), aliased);
+                    let mut recording = Recording::new(&heard, speed, cut.teeth(), aliased);
+                    recording.numbers = asked.numbers;
                     detector.listen(&recording, thresholds)?
                 }
             };

@@ -135,30 +135,58 @@ impl<T: Real> BandFilter<T> {
     /// # Errors
     /// See [`Band::check`].
     pub fn new(band: Band, fs: f64) -> Result<Self, BandError> {
+        let mut filter = Self::unstarted();
+        filter.restart(band, fs)?;
+        Ok(filter)
+    }
+
+    /// Filters of no band, which pass nothing, until [`Self::restart`].
+    pub(crate) fn unstarted() -> Self {
+        Self {
+            stages: [FirStage::IDENTITY; STAGES],
+            high_pass: Biquad::BLANK,
+            state: BiquadState::default(),
+            offset: Offset::new(1.0),
+            factor: 1,
+            delay_s: 0.0,
+        }
+    }
+
+    /// Forgets everything and takes this band and rate, stage by stage in place.
+    ///
+    /// # Errors
+    /// See [`Band::check`]; nothing has changed then.
+    #[inline(never)]
+    pub fn restart(&mut self, band: Band, fs: f64) -> Result<(), BandError> {
         band.check(fs)?;
+        // All of them by name, so that none is forgotten.
+        let Self {
+            stages,
+            high_pass,
+            state,
+            offset,
+            factor,
+            delay_s,
+        } = self;
         let factors = split(fs, band.high_hz);
-        let factor: usize = factors.iter().product();
+        *factor = factors.iter().product();
         let mut rate = fs;
-        let mut delay_s = 0.0;
-        let stages = factors.map(|m| {
+        *delay_s = 0.0;
+        for (stage, m) in stages.iter_mut().zip(factors) {
             if m == 1 {
-                return FirStage::identity();
+                *stage = FirStage::identity();
+                continue;
             }
             // What folds onto the band after this stage must be gone.
             let stop = (rate / m as f64 - band.high_hz).min(rate / 2.0);
-            let stage = FirStage::design(m, rate, band.high_hz, stop);
-            delay_s += stage.delay() / rate;
+            *stage = FirStage::design(m, rate, band.high_hz, stop);
+            *delay_s += stage.delay() / rate;
             rate /= m as f64;
-            stage
-        });
-        Ok(Self {
-            stages,
-            high_pass: Biquad::butterworth(Pass::High, band.low_hz, rate, 0, 1),
-            state: BiquadState::default(),
-            offset: Offset::new(fs),
-            factor,
-            delay_s,
-        })
+        }
+        *high_pass = Biquad::butterworth(Pass::High, band.low_hz, rate, 0, 1);
+        *state = BiquadState::default();
+        *offset = Offset::new(fs);
+        Ok(())
     }
 
     /// Input samples per output sample.

@@ -33,6 +33,12 @@ pub enum Pass {
 pub const ZERO_FRACTION: f64 = 1.0 / 6.0;
 
 impl<T: Real> Biquad<T> {
+    /// Passes nothing.
+    pub(super) const BLANK: Self = Self {
+        b: [T::ZERO; 3],
+        a: [T::ZERO; 2],
+    };
+
     /// Section `k` of a Butterworth filter of `sections` sections (order twice
     /// that), corner `fc` (−3 dB) at rate `fs`, by the bilinear transform with the
     /// corner prewarped. Requires 0 < fc < fs/2.

@@ -22,15 +22,17 @@ pub struct FirStage<T> {
 impl<T: Real> FirStage<T> {
     /// A stage that passes everything.
     pub fn identity() -> Self {
-        Self {
-            taps: [T::ZERO; MAX_TAPS],
-            history: [T::ZERO; MAX_TAPS],
-            length: 1,
-            at: 0,
-            factor: 1,
-            phase: 0,
-        }
+        Self::IDENTITY
     }
+
+    pub(super) const IDENTITY: Self = Self {
+        taps: [T::ZERO; MAX_TAPS],
+        history: [T::ZERO; MAX_TAPS],
+        length: 1,
+        at: 0,
+        factor: 1,
+        phase: 0,
+    };
 
     /// Low-pass for decimation by `factor` from rate `fs`, flat up to `pass` Hz and
     /// [`STOP_DB`] down from `stop` Hz: windowed sinc, Kaiser window. Requires

@@ -121,6 +121,23 @@ impl<T: Real> Default for RarmaConfig<T> {
 }
 
 impl<T: Real> RarmaConfig<T> {
+    /// Zeros, and out of range: of a model that has not been started.
+    pub(super) const BLANK: Self = Self {
+        gradient: Gradient::Pseudo,
+        gain: Gain::Covariance,
+        forgetting: T::ZERO,
+        random_walk: T::ZERO,
+        start_samples: 0,
+        start_variance: T::ZERO,
+        c_radius: T::ZERO,
+        outlier_ratio: T::ZERO,
+        variance_gain: T::ZERO,
+        power_gain: T::ZERO,
+        dynamic_range: T::ZERO,
+        d_ceiling: T::ZERO,
+        d_floor: T::ZERO,
+    };
+
     /// These settings, or the name of the first that is out of range.
     ///
     /// # Errors

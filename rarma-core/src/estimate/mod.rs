@@ -13,6 +13,7 @@ mod innovation;
 mod iv;
 mod rarma;
 mod readings;
+mod restart;
 mod running_whiteness;
 mod schur;
 mod start;

@@ -79,7 +79,7 @@ pub struct RecursiveArma<T, const P: usize, const Q: usize, const N: usize> {
     pub(super) older: [T; N],
     pub(super) covariance: UdFactors<T, N>,
     pub(super) config: RarmaConfig<T>,
-    inverse_lambda: T,
+    pub(super) inverse_lambda: T,
     pub(super) sigma2: T,
     /// Gain of the next innovation on σ².
     pub(super) variance_gain: T,
@@ -91,9 +91,9 @@ pub struct RecursiveArma<T, const P: usize, const Q: usize, const N: usize> {
     pub(super) known: u32,
     pub(super) count: u32,
     /// Factor whose turn it is to be held in range and, with a random walk, spread.
-    turn: usize,
+    pub(super) turn: usize,
     /// Factors that stood at the ceiling in this round of turns.
-    at_ceiling: usize,
+    pub(super) at_ceiling: usize,
     pub(super) start: Start<T, N>,
 }
 
@@ -121,29 +121,6 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
         const { assert!(N == P + Q, "N must be P + Q") };
         const { assert!(N > 0, "an ARMA(0,0) model has nothing to estimate") };
         Self::raw(config)
-    }
-
-    /// Storage without the check of N, for a run-time order below the capacity.
-    pub(super) fn raw(config: RarmaConfig<T>) -> Self {
-        let config = config.checked().unwrap_or_default();
-        Self {
-            inverse_lambda: T::ONE / config.forgetting,
-            theta: [T::ZERO; N],
-            phi: [T::ZERO; N],
-            psi: [T::ZERO; N],
-            older: [T::ZERO; N],
-            covariance: UdFactors::diagonal(config.start_variance),
-            sigma2: T::ZERO,
-            variance_gain: T::ONE,
-            recent: T::ZERO,
-            power: T::ZERO,
-            known: 0,
-            count: 0,
-            turn: 0,
-            at_ceiling: 0,
-            start: Start::new(config.start_samples, config.gain),
-            config,
-        }
     }
 
     /// Takes one sample; see the type for the recurrence. A sample that is not
@@ -349,11 +326,6 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
             self.variance_gain =
                 (self.variance_gain / (T::ONE + self.variance_gain)).max(self.config.variance_gain);
         }
-    }
-
-    /// Forgets everything but the settings.
-    pub fn reset(&mut self) {
-        *self = Self::raw(self.config);
     }
 }
 

@@ -14,6 +14,8 @@
 //! 5. *Catch up*: the recursion itself over the samples that came meanwhile, until
 //!    it meets the present one. No sample is lost and none counts twice.
 
+mod lattice;
+
 use super::config::{Gain, Gradient};
 use super::rarma::{RecursiveArma, SMALLEST_VARIANCE};
 use super::schur;
@@ -90,28 +92,59 @@ pub(super) struct Start<T, const N: usize> {
 }
 
 impl<T: Real, const N: usize> Start<T, N> {
+    /// Zeros, until [`Self::begin`].
+    pub const BLANK: Self = Self {
+        stage: Stage::Collect,
+        last: Stage::Collect,
+        store: [T::ZERO; ROOM],
+        taken: 0,
+        length: 0,
+        place: 0,
+        order: 0,
+        wanted: 0,
+        reflection: T::ZERO,
+        cross: T::ZERO,
+        square: T::ZERO,
+        overwritten: T::ZERO,
+        round: 0,
+        next: [T::ZERO; N],
+    };
+
     /// Nothing collected; over at once for 0 samples.
-    pub fn new(samples: u32, gain: Gain<T>) -> Self {
-        let last = match gain {
+    pub fn begin(&mut self, samples: u32, gain: Gain<T>) {
+        let of_gain = match gain {
             Gain::Covariance => Stage::Over,
             Gain::Normalised { .. } => Stage::Steepest,
         };
-        let length = (samples as usize).min(MOST);
-        Self {
-            stage: if length == 0 { last } else { Stage::Collect },
+        // All of them by name, so that none is forgotten.
+        let Self {
+            stage,
             last,
-            store: [T::ZERO; ROOM],
-            taken: 0,
+            store,
+            taken,
             length,
-            place: 0,
-            order: 0,
-            wanted: 0,
-            reflection: T::ZERO,
-            cross: T::ZERO,
-            square: T::ZERO,
-            overwritten: T::ZERO,
-            round: 0,
-            next: [T::ZERO; N],
+            place,
+            order,
+            wanted,
+            reflection,
+            cross,
+            square,
+            overwritten,
+            round,
+            next,
+        } = self;
+        *length = (samples as usize).min(MOST);
+        *stage = if *length == 0 {
+            of_gain
+        } else {
+            Stage::Collect
+        };
+        *last = of_gain;
+        store.fill(T::ZERO);
+        next.fill(T::ZERO);
+        (*taken, *place, *order, *wanted, *round) = (0, 0, 0, 0, 0);
+        for x in [reflection, cross, square, overwritten] {
+            *x = T::ZERO;
         }
     }
 
@@ -137,83 +170,6 @@ impl<T: Real, const N: usize> Start<T, N> {
     pub fn is_ready(&self) -> bool {
         matches!(self.stage, Stage::Over | Stage::Steepest)
     }
-
-    /// Order 0 of the lattice: both errors are the samples themselves.
-    fn begin_lattice(&mut self, n: usize) {
-        self.wanted = (n + n / 2)
-            .clamp(SHORTEST, LONGEST)
-            .min(self.length.saturating_sub(2) / 4);
-        self.order = 0;
-        self.cross = T::ZERO;
-        self.square = T::ZERO;
-        let mut before = T::ZERO;
-        for t in 0..self.length {
-            let y = self.at(t);
-            self.put(BACKWARD + t, y);
-            self.put(FORWARD + t, y);
-            if t > 0 {
-                self.add(y, before);
-            }
-            before = y;
-        }
-        self.begin_lattice_stage();
-        self.stage = Stage::Lattice;
-    }
-
-    /// Burg: k = −2 Σ f·b₋₁ / Σ (f² + b₋₁²), over all samples that have both.
-    fn begin_lattice_stage(&mut self) {
-        self.order += 1;
-        self.place = self.order;
-        self.reflection = if self.square > T::ZERO {
-            -(self.cross + self.cross) / self.square
-        } else {
-            T::ZERO
-        };
-        self.overwritten = self.at(BACKWARD + self.order - 1);
-        self.cross = T::ZERO;
-        self.square = T::ZERO;
-    }
-
-    #[inline(always)]
-    fn add(&mut self, forward: T, backward: T) {
-        self.cross += forward * backward;
-        self.square += forward * forward + backward * backward;
-    }
-
-    /// Some samples of one lattice stage: f ← f + k·b₋₁, b ← b₋₁ + k·f.
-    fn lattice_unit(&mut self) {
-        if self.order > self.wanted {
-            self.stage = Stage::Rounds;
-            self.place = 0;
-            return;
-        }
-        let end = (self.place + LATTICE_UNIT).min(self.length);
-        for t in self.place..end {
-            let (forward, backward) = (self.at(FORWARD + t), self.overwritten);
-            self.overwritten = self.at(BACKWARD + t);
-            let f = forward + self.reflection * backward;
-            self.put(FORWARD + t, f);
-            self.put(BACKWARD + t, backward + self.reflection * forward);
-            if t > self.order {
-                self.add(f, self.at(BACKWARD + t - 1));
-            }
-        }
-        self.place = end;
-        if self.place == self.length {
-            self.begin_lattice_stage();
-        }
-    }
-
-    /// Mean square of what the lattice cannot predict.
-    fn innovation_variance(&self) -> T {
-        let errors = self.store.get(FORWARD + self.wanted..FORWARD + self.length);
-        mean_square(errors.unwrap_or(&[]))
-    }
-}
-
-fn mean_square<T: Real>(x: &[T]) -> T {
-    let sum = x.iter().fold(T::ZERO, |sum, x| sum + *x * *x);
-    sum / T::from_u32(x.len().max(1) as u32)
 }
 
 impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P, Q, N> {
@@ -326,9 +282,9 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
     }
 
     fn clear_filters(&mut self) {
-        self.phi = [T::ZERO; N];
-        self.psi = [T::ZERO; N];
-        self.older = [T::ZERO; N];
+        self.phi.fill(T::ZERO);
+        self.psi.fill(T::ZERO);
+        self.older.fill(T::ZERO);
     }
 
     /// One row of a round: y_f − ê_f = −Σ aᵢ y_f(t−i) + Σ cⱼ ê_f(t−j) + error.

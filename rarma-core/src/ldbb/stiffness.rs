@@ -58,21 +58,38 @@ pub struct StiffnessMap<T, const BINS: usize> {
 
 impl<T: Real, const BINS: usize> Default for StiffnessMap<T, BINS> {
     fn default() -> Self {
-        let bin = Bin {
-            triangle: Triangle::new(3),
-            rest: T::ZERO,
-            runs: 0,
-        };
-        Self {
-            bins: [bin; BINS],
-            least_n: T::ZERO,
-            most_n: T::ZERO,
-            runs: 0,
-        }
+        let mut map = Self::BLANK;
+        map.reset();
+        map
     }
 }
 
 impl<T: Real, const BINS: usize> StiffnessMap<T, BINS> {
+    /// Of no use until [`Self::reset`]. Every bit is 0: where it is put, no copy of it is
+    /// made first.
+    pub const BLANK: Self = Self {
+        bins: [Bin {
+            triangle: Triangle::BLANK,
+            rest: T::ZERO,
+            runs: 0,
+        }; BINS],
+        least_n: T::ZERO,
+        most_n: T::ZERO,
+        runs: 0,
+    };
+
+    /// Forgets all runs, in place: a map is 60 bytes a bin.
+    pub fn reset(&mut self) {
+        self.bins.fill(Bin {
+            triangle: Triangle::new(3),
+            rest: T::ZERO,
+            runs: 0,
+        });
+        self.least_n = T::ZERO;
+        self.most_n = T::ZERO;
+        self.runs = 0;
+    }
+
     /// Takes a run at one force. Bins that are empty in it are passed over.
     ///
     /// # Errors

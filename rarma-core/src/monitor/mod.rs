@@ -5,40 +5,39 @@
 //! [`DECISION_PERIOD_S`] the modes are read, with their uncertainty, and judged.
 
 mod amplitude;
-mod any;
 mod blind;
 mod config;
 mod drift;
+mod identifier;
 mod pair;
 mod report;
 mod slot;
 mod spindle;
+mod start;
 mod verdict;
 
 pub use amplitude::AmplitudeReport;
-pub use any::AnyMonitor;
 pub use config::{DECISION_PERIOD_S, LEAST_MEMORY, MonitorConfig, MonitorError};
+pub use identifier::Identifier;
 pub use pair::{ALONE_CONFIRMATIONS, PairConfig, PairError, PairMonitor, PairReport};
 pub use report::{MAX_MODES, Report};
 pub use spindle::{SpeedSource, SpindleReport};
 
-use crate::condition::{Band, BandFilter, Fault, Health, HealthCounts};
+use crate::condition::{BandFilter, Fault, Health, HealthCounts};
 use crate::decide::{Alarm, Background, Histogram, IdleFinder, Onset, Places};
-use crate::estimate::{RecursiveArma, Status};
 use crate::real::Real;
-use crate::spectrum::{FactorTracker, Tracking, isolate};
 use amplitude::AmplitudeWatch;
 use blind::Blindness;
 use slot::{Gains, Slot};
 use spindle::Spindle;
 
-/// Smoothing of the band's power, s.
-const POWER_TAU_S: f64 = 0.03;
-/// Listens to one channel with an ARMA(P, Q) model, N = P + Q.
+/// Listens to one channel with an ARMA model of the order in its settings.
 ///
 /// ```
+/// use rarma_core::Order;
 /// use rarma_core::monitor::{Monitor, MonitorConfig};
-/// let mut monitor = Monitor::<f32, 2, 1, 3>::new(&MonitorConfig::new(8000.0)).unwrap();
+/// let config = MonitorConfig { order: Order::O21, ..MonitorConfig::new(8000.0) };
+/// let mut monitor = Monitor::<f32>::new(&config).unwrap();
 /// let mut last = None;
 /// for n in 0..16_000 {
 ///     last = monitor.push((n as f32 * 0.7).sin()).or(last);
@@ -49,11 +48,10 @@ const POWER_TAU_S: f64 = 0.03;
 /// assert!((mode.frequency - 891.3).abs() < 1.0 && mode.damping < 0.01);
 /// ```
 #[derive(Debug, Clone)]
-pub struct Monitor<T, const P: usize, const Q: usize, const N: usize> {
+pub struct Monitor<T> {
     health: Health<T>,
     filter: BandFilter<T>,
-    model: RecursiveArma<T, P, Q, N>,
-    roots: FactorTracker<T, P>,
+    identifier: Identifier<T>,
     slots: [Slot<T>; MAX_MODES],
     idle: IdleFinder<T>,
     background: Background<T>,
@@ -77,65 +75,27 @@ pub struct Monitor<T, const P: usize, const Q: usize, const N: usize> {
     samples: u64,
     /// Time heard, up to a second, s.
     heard_s: T,
+    /// 0 in one that has not been started.
     until_decision: u32,
     decision_every: u32,
     period_s: T,
-    lost: bool,
     lost_s: T,
     fault_s: T,
 }
 
-impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N> {
+impl<T: Real> Monitor<T> {
     /// A monitor that has heard nothing.
     ///
     /// # Errors
     /// See [`MonitorConfig::check`].
     pub fn new(config: &MonitorConfig) -> Result<Self, MonitorError> {
-        const { assert!(P.div_ceil(2) <= MAX_MODES, "more modes than a report holds") };
-        config.check()?;
-        let band: Band = config.band();
-        let filter = BandFilter::new(band, config.fs_hz).map_err(MonitorError::Band)?;
-        let fs = config.fs_hz / filter.factor() as f64;
-        let decision_every = ((DECISION_PERIOD_S * fs) as u32).max(1);
-        let period_s = f64::from(decision_every) / fs;
-        Ok(Self {
-            health: Health::new(config.fs_hz, config.full_scale),
-            filter,
-            model: RecursiveArma::new(config.estimator(fs)),
-            roots: FactorTracker::new(),
-            slots: [Slot::default(); MAX_MODES],
-            idle: IdleFinder::new(period_s),
-            background: Background::default(),
-            places: Places::default(),
-            onset: Onset::default(),
-            was_locked: false,
-            blindness: Blindness::default(),
-            amplitude: AmplitudeWatch::new(fs, period_s),
-            alarm: Alarm::new(config.alarm()),
-            spindle: Spindle::new(config, fs),
-            band: (T::from_f64(band.low_hz), T::from_f64(band.high_hz)),
-            idle_samples: config.idle_s.map(|(from, to)| {
-                let sample = |t: f64| (t * config.fs_hz) as u64;
-                (sample(from), sample(to))
-            }),
-            fs: T::from_f64(fs),
-            gains: Gains::new(fs),
-            power: T::ZERO,
-            rest_power: T::ZERO,
-            loudest: T::ZERO,
-            power_gain: T::from_f64((1.0 / (POWER_TAU_S * fs)).min(1.0)),
-            samples: 0,
-            heard_s: T::ZERO,
-            until_decision: decision_every,
-            decision_every,
-            period_s: T::from_f64(period_s),
-            lost: true,
-            lost_s: T::from_f64(verdict::LOST_HOLD_S),
-            fault_s: T::ZERO,
-        })
+        let mut monitor = Self::unstarted();
+        monitor.restart(config)?;
+        Ok(monitor)
     }
 
-    /// Takes one input sample; gives a report at every decision.
+    /// Takes one input sample; gives a report at every decision. One that has not been
+    /// started never does.
     #[inline]
     pub fn push(&mut self, x: T) -> Option<Report<T>> {
         self.samples += 1;
@@ -144,7 +104,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
         if self.trusts_samples() {
             self.listen(y);
         }
-        self.until_decision -= 1;
+        self.until_decision = self.until_decision.checked_sub(1)?;
         if self.until_decision > 0 {
             return None;
         }
@@ -183,9 +143,9 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
         self.samples
     }
 
-    /// The model of this moment.
-    pub fn model(&self) -> &RecursiveArma<T, P, Q, N> {
-        &self.model
+    /// The model of this moment, and its roots.
+    pub fn model(&self) -> &Identifier<T> {
+        &self.identifier
     }
 
     /// Clipped samples still tell of the vibration; the others tell of nothing and
@@ -200,21 +160,11 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
         self.power += self.power_gain * (y * y - self.power);
         let y = self.spindle.process(y);
         self.rest_power += self.power_gain * (y * y - self.rest_power);
-        let step = self.model.update(y);
-        match step.status {
-            Status::Rejected => {}
-            // No model yet: its roots are sought when it is there.
-            Status::Starting => {
-                self.roots.search();
-                self.lost = true;
-            }
-            _ => self.lost = self.roots.track(self.model.a()) == Tracking::Searching,
-        }
+        let mut own = [T::ZERO; MAX_MODES];
+        let modes = self.identifier.update(y, &mut own);
         self.amplitude.listen(y);
-        let a = self.model.a();
-        let filtered = self.model.filtered_outputs();
-        for (slot, factor) in self.slots.iter_mut().zip(self.roots.factors(P)) {
-            slot.listen(y, isolate(a, factor, filtered), &self.gains);
+        for (slot, own) in self.slots.iter_mut().zip(own).take(modes) {
+            slot.listen(y, own, &self.gains);
         }
     }
 }

@@ -4,7 +4,7 @@ use super::slot::{Slot, Surroundings};
 use super::{MAX_MODES, Monitor, Report};
 use crate::decide::{AlarmEvent, CUT_RATIO, Mode, Reading, Reason, SAME_MODE, Sight, State};
 use crate::real::Real;
-use crate::spectrum::{deviation, modal};
+use crate::spectrum::modal;
 
 /// What a mode's share counts while no idle has been heard.
 const NO_IDLE: f64 = 0.33;
@@ -22,16 +22,17 @@ const ALARM_HOLD_S: f64 = 1.0;
 /// The level means something from here on, s.
 const SETTLED_S: f64 = 0.2;
 
-impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N> {
+impl<T: Real> Monitor<T> {
     /// Reads the modes and judges them.
     pub(super) fn decide(&mut self) -> Report<T> {
-        self.lost_s = if self.lost {
+        self.lost_s = if self.identifier.is_lost() {
             self.lost_s + self.period_s
         } else {
             T::ZERO
         };
         let lost = self.lost_s > T::from_f64(LOST_HOLD_S);
-        let ready = self.model.ready() && !lost;
+        let is_ready = self.identifier.is_ready();
+        let ready = is_ready && !lost;
         let fault = self.health.fault();
         self.fault_s = match fault {
             Some(_) => self.fault_s + self.period_s,
@@ -71,7 +72,8 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
                 self.was_locked = locked;
             }
             self.onset.note(self.rest_power, self.power, self.period_s);
-            for (k, place) in readings.iter_mut().enumerate().take(P.div_ceil(2)) {
+            let modes_of_model = self.identifier.factors().len();
+            for (k, place) in readings.iter_mut().enumerate().take(modes_of_model) {
                 *place = self.read_mode(k);
             }
             self.judge_modes(&mut readings, &mut modes);
@@ -103,7 +105,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
             Some(fault) if bad || self.alarm.standing().is_none() => {
                 (State::Invalid, Reason::Samples(fault))
             }
-            _ if !self.model.ready() => (State::Starting, Reason::EstimatorStarting),
+            _ if !is_ready => (State::Starting, Reason::EstimatorStarting),
             _ if lost && self.alarm.standing().is_none() => (State::Starting, Reason::RootsLost),
             _ => match self.alarm.judge(&modes, cutting) {
                 (State::Stable, _) if self.blindness.is_blind() => {
@@ -171,7 +173,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
     /// a mode is the one that was at its frequency at the last decision.
     fn find_again(&mut self) {
         let mut found = [None; MAX_MODES];
-        for (place, factor) in found.iter_mut().zip(self.roots.factors(P)) {
+        for (place, factor) in found.iter_mut().zip(self.identifier.factors()) {
             *place = modal(factor, self.fs).map(|mode| mode.frequency);
         }
         for k in 0..MAX_MODES {
@@ -195,20 +197,13 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Monitor<T, P, Q, N
 
     /// Mode `k` as it is now, and the power at it; none for real roots.
     fn read_mode(&mut self, k: usize) -> Option<(Reading<T>, T)> {
-        let factor = *self.roots.factors(P).get(k)?;
+        let factor = *self.identifier.factors().get(k)?;
         let slot = self.slots.get_mut(k)?;
         let Some(modal) = modal(&factor, self.fs) else {
             slot.reset();
             return None;
         };
-        let sd = deviation(
-            self.model.a(),
-            N,
-            &factor,
-            self.fs,
-            self.model.covariance(),
-            self.model.covariance_factor(),
-        )?;
+        let sd = self.identifier.deviation(&factor, self.fs)?;
         let all_finite = [modal.frequency, modal.damping, sd.frequency, sd.damping]
             .iter()
             .all(|x| x.is_finite());

@@ -5,70 +5,8 @@
 //! comes back needs no special case. Rate: once a sample, a fixed number of sweeps.
 
 use super::aberth;
+use super::quadratic::{Quadratic, Residue, Roots};
 use crate::real::Real;
-
-/// z² − u·z + v: sum u and product v of two roots.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Quadratic<T> {
-    /// Sum of the two roots.
-    pub u: T,
-    /// Product of the two roots; |z|² of a conjugate pair.
-    pub v: T,
-}
-
-/// The two roots of a factor.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Roots<T> {
-    /// re ± j·im, im > 0.
-    Pair {
-        /// Real part.
-        re: T,
-        /// Imaginary part, positive.
-        im: T,
-    },
-    /// Two real roots, smaller first.
-    Real(T, T),
-}
-
-/// An element α + β·z of the numbers modulo one factor.
-#[derive(Clone, Copy)]
-struct Residue<T> {
-    alpha: T,
-    beta: T,
-}
-
-impl<T: Real> Quadratic<T> {
-    /// The two roots.
-    pub fn roots(&self) -> Roots<T> {
-        let half = self.u * T::from_f64(0.5);
-        let d = half * half - self.v;
-        if d < T::ZERO {
-            return Roots::Pair {
-                re: half,
-                im: (-d).sqrt(),
-            };
-        }
-        // The larger root by the formula, the other by the product: no cancellation.
-        let s = d.sqrt();
-        let far = if half >= T::ZERO { half + s } else { half - s };
-        let near = if far == T::ZERO {
-            T::ZERO
-        } else {
-            self.v / far
-        };
-        Roots::Real(far.min(near), far.max(near))
-    }
-
-    /// Product modulo this factor, where z² = u·z − v.
-    #[inline(always)]
-    fn multiply(&self, x: Residue<T>, y: Residue<T>) -> Residue<T> {
-        let square = x.beta * y.beta;
-        Residue {
-            alpha: x.alpha * y.alpha - self.v * square,
-            beta: x.alpha * y.beta + x.beta * y.alpha + self.u * square,
-        }
-    }
-}
 
 /// How far the factors are from the polynomial.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -135,6 +73,16 @@ impl<T: Real, const P: usize> Default for FactorTracker<T, P> {
 }
 
 impl<T: Real, const P: usize> FactorTracker<T, P> {
+    /// Zeros, until [`Self::restart`].
+    pub(crate) const BLANK: Self = Self {
+        factors: [Quadratic::BLANK; P],
+        search: [Quadratic::BLANK; P],
+        searching: false,
+        attempts: 0,
+        unsettled: 0,
+        sweeps: 0,
+    };
+
     /// Factors on a circle, to be found by the first samples.
     pub fn new() -> Self {
         let start = circle(P.div_ceil(2), 0);
@@ -146,6 +94,11 @@ impl<T: Real, const P: usize> FactorTracker<T, P> {
             unsettled: 0,
             sweeps: 0,
         }
+    }
+
+    /// Forgets everything, as [`Self::new`] knows nothing.
+    pub fn restart(&mut self) {
+        *self = Self::new();
     }
 
     /// Factors of a polynomial of degree `p`: ⌈p/2⌉ of them, in an order that is

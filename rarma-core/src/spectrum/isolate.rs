@@ -2,7 +2,7 @@
 //!
 //! Rate: once a decimated sample and mode, p − 1 products and the division.
 
-use super::factors::Quadratic;
+use super::quadratic::Quadratic;
 use crate::real::Real;
 
 /// x(t) = A(q)/q_k(q) · y_f(t), with q_k = 1 − u·q⁻¹ + v·q⁻² the factor of one mode and

@@ -10,14 +10,16 @@ mod factors;
 mod isolate;
 mod lockin;
 mod poles;
+mod quadratic;
 mod stabilisation;
 
 pub use density::{model_density, welch_density, windowed_density};
 pub use envelope::{
     ENVELOPE_FLOOR_HZ, ENVELOPE_WIDTHS, Envelope, envelope_corner, envelope_half_width,
 };
-pub use factors::{FactorTracker, Quadratic, Roots, Tracking};
+pub use factors::{FactorTracker, Tracking};
 pub use isolate::isolate;
 pub use lockin::{LOCKIN_TAU_S, LockIn};
 pub use poles::{Modal, ModalDeviation, deviation, modal};
+pub use quadratic::{Quadratic, Roots};
 pub use stabilisation::{StabilisationConfig, StabilisationError, Stability, stabilise};

@@ -1,6 +1,6 @@
 //! Poles to frequency and damping ratio, with their uncertainty.
 
-use super::factors::{Quadratic, Roots};
+use super::quadratic::{Quadratic, Roots};
 use crate::real::Real;
 use crate::ud::UdFactors;
 

@@ -194,7 +194,7 @@ pub struct AlarmMessage {
 }
 
 /// Totals of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Finished {
     /// Input samples taken.
     pub samples: u64,

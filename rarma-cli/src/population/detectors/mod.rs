@@ -6,9 +6,11 @@
 mod bare;
 mod monitor;
 mod plain;
+mod verdict;
 
 use crate::failure::Failure;
 use hal_sim::population::heard::Heard;
+use rarma_core::verdict::VerdictConfig;
 
 /// One alarm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,6 +45,14 @@ impl Said {
                 off_s: to_s,
                 f_hz,
             }),
+        }
+    }
+
+    /// There may be chatter between two times, s.
+    fn warns(&mut self, from_s: f64, to_s: f64) {
+        match self.warnings_s.last_mut() {
+            Some(last) if from_s - last.1 < JOINED_S => last.1 = to_s,
+            _ => self.warnings_s.push((from_s, to_s)),
         }
     }
 }
@@ -92,6 +102,8 @@ pub struct Recording<'a> {
     pub teeth: Option<u32>,
     /// The sampler has no anti-alias filter: lines of the rotation may be folded.
     pub aliased: bool,
+    /// Numbers of the verdict.
+    pub numbers: VerdictConfig,
 }
 
 impl<'a> Recording<'a> {
@@ -102,6 +114,7 @@ impl<'a> Recording<'a> {
             heard,
             speed,
             aliased,
+            numbers: VerdictConfig::default(),
         }
     }
 
@@ -150,7 +163,12 @@ pub trait Detector: Sync {
 }
 
 /// All of them.
-pub const ALL: [&dyn Detector; 3] = [&monitor::Monitor, &plain::Plain, &bare::BareDamping];
+pub const ALL: [&dyn Detector; 4] = [
+    &monitor::Monitor,
+    &verdict::Lines,
+    &plain::Plain,
+    &bare::BareDamping,
+];
 
 /// The detector of a name as tables have it, or with `-` for blanks: its place in [`ALL`].
 pub fn named(name: &str) -> Option<usize> {

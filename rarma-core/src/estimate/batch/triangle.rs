@@ -18,12 +18,18 @@ pub(crate) struct Triangle<T, const N: usize> {
 }
 
 impl<T: Real, const N: usize> Triangle<T, N> {
+    /// No equation, and no unknown.
+    pub const BLANK: Self = Self {
+        r: [[T::ZERO; N]; N],
+        z: [T::ZERO; N],
+        n: 0,
+    };
+
     /// No equation yet, n unknowns; n ≤ N is the caller's to keep.
     pub fn new(n: usize) -> Self {
         Self {
-            r: [[T::ZERO; N]; N],
-            z: [T::ZERO; N],
             n: n.min(N),
+            ..Self::BLANK
         }
     }
 

@@ -11,7 +11,7 @@ mod fuse;
 
 pub use config::{ALONE_CONFIRMATIONS, PairConfig, PairError};
 
-use super::{AnyMonitor, MAX_MODES, Report, SpindleReport};
+use super::{MAX_MODES, Monitor, Report, SpindleReport};
 use crate::condition::{Fault, HealthCounts};
 use crate::decide::{
     Agreement, AlarmConfig, AlarmEvent, ChannelFault, ChannelWatch, Dropped, Histogram, Label,
@@ -39,7 +39,7 @@ pub struct PairReport<T> {
 /// One channel.
 #[derive(Debug, Clone)]
 struct Channel<T> {
-    monitor: AnyMonitor<T>,
+    monitor: Monitor<T>,
     last: Option<Report<T>>,
 }
 
@@ -94,7 +94,7 @@ impl<T: Real> PairMonitor<T> {
     pub fn new(config: &PairConfig) -> Result<Self, PairError> {
         config.check()?;
         let channel = |i: usize, config: &PairConfig| {
-            let monitor = AnyMonitor::new(&config.channels[i])
+            let monitor = Monitor::new(&config.channels[i])
                 .map_err(|error| PairError::Channel(i as u8, error))?;
             Ok(Channel {
                 monitor,

@@ -136,7 +136,7 @@ fn two_that_agree_call_as_one_and_one_alone_later() {
         ..config
     };
     for seed in 1..=8 {
-        let mut single = AnyMonitor::<f32>::new(&monitor()).unwrap();
+        let mut single = Monitor::<f32>::new(&monitor()).unwrap();
         let mut signal = mode(900.0, 1.0, seed);
         let alone = (0..16_000)
             .find(|&n| {

@@ -73,8 +73,8 @@ pub struct SpindleReport<T> {
     pub tacho_fault: Option<TachoFault>,
 }
 
-/// The spindle of one monitor.
-#[derive(Debug, Clone)]
+/// The spindle of one monitor. By default nothing is known of one, and no line is looked for.
+#[derive(Debug, Clone, Default)]
 pub(super) struct Spindle<T> {
     finder: Option<SpeedFinder<T>>,
     lines: Option<SpindleLines<T, LINES>>,
@@ -115,55 +115,76 @@ fn up_to_the_model(band: Band, fs: f64) -> Band {
 }
 
 impl<T: Real> Spindle<T> {
-    /// For decimated samples of rate `fs`. A rate that is too low for lines has none.
-    pub(super) fn new(config: &MonitorConfig, fs: f64) -> Self {
+    /// Forgets everything, and takes decimated samples of rate `fs`. A rate that is too low
+    /// for lines has none.
+    #[inline(never)]
+    pub(super) fn restart(&mut self, config: &MonitorConfig, fs: f64) {
         let band = config.band();
-        let told = config.spindle_hz;
+        let said = config.spindle_hz;
+        // All of them by name, so that none is forgotten.
+        let Self {
+            finder,
+            lines,
+            tacho,
+            setting,
+            told,
+            was_locked,
+            found_at_entry,
+            drift,
+            teeth,
+            found,
+            doubtful,
+            standing,
+            moving,
+            contradiction,
+            denied,
+            low_hz,
+            tacho_reading,
+            tacho_fault,
+            entering_s,
+            unconfirmed_s,
+        } = self;
         // The teeth belong to the told speed; a comb found blindly may be theirs.
-        let teeth = config.teeth.filter(|_| told.is_some());
-        let find = |told_hz| {
-            SpeedFinder::new(&SpeedFinderConfig {
-                fs_hz: fs,
-                band,
-                told_hz,
-                teeth,
+        *teeth = config.teeth.filter(|_| said.is_some());
+        // A told speed too low to be resolved is taken as it is: blindly, a comb of
+        // something else would stand for it.
+        let sought = SpeedFinderConfig {
+            fs_hz: fs,
+            band,
+            told_hz: said,
+            teeth: *teeth,
+        };
+        // Large: put there blank, and begun in its place.
+        if finder.is_none() {
+            *finder = Some(SpeedFinder::BLANK);
+        }
+        if finder.as_mut().is_none_or(|f| f.restart(&sought).is_err()) {
+            *finder = None;
+        }
+        *lines = SpindleLines::new(&SpindleLinesConfig {
+            teeth: *teeth,
+            ..SpindleLinesConfig::new(fs, up_to_the_model(band, fs))
+        })
+        .ok();
+        *tacho = config.tacho_pulses.and_then(|pulses| {
+            Tacho::new(&TachoConfig {
+                pulses_per_turn: pulses,
+                ..TachoConfig::new(config.fs_hz)
             })
             .ok()
-        };
-        Self {
-            // A told speed too low to be resolved is taken as it is: blindly, a comb of
-            // something else would stand for it.
-            finder: find(told),
-            lines: SpindleLines::new(&SpindleLinesConfig {
-                teeth,
-                ..SpindleLinesConfig::new(fs, up_to_the_model(band, fs))
-            })
-            .ok(),
-            tacho: config.tacho_pulses.and_then(|pulses| {
-                Tacho::new(&TachoConfig {
-                    pulses_per_turn: pulses,
-                    ..TachoConfig::new(config.fs_hz)
-                })
-                .ok()
-            }),
-            setting: told.map(T::from_f64),
-            told: told.map(T::from_f64),
-            was_locked: false,
-            found_at_entry: false,
-            drift: Drift::default(),
-            teeth,
-            found: None,
-            doubtful: None,
-            standing: Standing::default(),
-            moving: Moving::default(),
-            contradiction: None,
-            denied: 0,
-            low_hz: T::from_f64(band.low_hz),
-            tacho_reading: None,
-            tacho_fault: None,
-            entering_s: T::ZERO,
-            unconfirmed_s: told.map(|_| T::ZERO),
-        }
+        });
+        *setting = said.map(T::from_f64);
+        *told = *setting;
+        (*was_locked, *found_at_entry) = (false, false);
+        *drift = Drift::default();
+        (*found, *doubtful) = (None, None);
+        *standing = Standing::default();
+        *moving = Moving::default();
+        (*contradiction, *denied) = (None, 0);
+        *low_hz = T::from_f64(band.low_hz);
+        (*tacho_reading, *tacho_fault) = (None, None);
+        *entering_s = T::ZERO;
+        *unconfirmed_s = said.map(|_| T::ZERO);
     }
 
     /// A tacho pulse, `fraction` of a sample before input sample `sample`.

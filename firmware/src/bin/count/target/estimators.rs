@@ -1,6 +1,7 @@
 //! The signal path: models, roots, the whole chain, the spindle's lines.
 
 use super::Kernel;
+use rarma_core::Order;
 use rarma_core::condition::{
     Band, SpeedFinder, SpeedFinderConfig, SpindleLines, SpindleLinesConfig,
 };
@@ -54,13 +55,19 @@ macro_rules! order_kernels {
             }
 
             /// The whole chain from a 48 kHz sample to the verdict, per input sample.
-            pub struct $chain(Monitor<f32, $p, $q, $n>);
+            pub struct $chain(Monitor<f32>);
 
             impl Kernel for $chain {
                 const NAME: &'static str =
                     concat!("whole chain per 48 kHz sample (", $p, ",", $q, ")");
                 fn new() -> Self {
-                    match Monitor::new(&MonitorConfig::new(48_000.0)) {
+                    let Some(order) = Order::new($p, $q) else {
+                        panic!("the box has the order");
+                    };
+                    match Monitor::new(&MonitorConfig {
+                        order,
+                        ..MonitorConfig::new(48_000.0)
+                    }) {
                         Ok(monitor) => Self(monitor),
                         Err(_) => panic!("the default settings are in range"),
                     }

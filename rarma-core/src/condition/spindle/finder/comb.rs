@@ -221,7 +221,7 @@ pub(super) mod tests {
     use super::*;
 
     pub(in super::super) fn peaks(bins: &[f64]) -> Peaks<f64> {
-        let mut peaks = Peaks::default();
+        let mut peaks = Peaks::BLANK;
         for (i, bin) in bins.iter().enumerate() {
             peaks.insert(Peak {
                 bin: *bin,

@@ -121,6 +121,38 @@ impl<T: Real> SpeedFinder<T> {
     /// # Errors
     /// See [`SpeedFinderError`].
     pub fn new(config: &SpeedFinderConfig) -> Result<Self, SpeedFinderError> {
+        let mut finder = Self::BLANK;
+        finder.restart(config)?;
+        Ok(finder)
+    }
+
+    /// Nothing at all, until [`Self::restart`]. Every bit is 0: where it is put, no copy of
+    /// it is made first.
+    pub(crate) const BLANK: Self = Self {
+        fft: SlicedFft::BLANK,
+        peaks: Peaks::BLANK,
+        phase: Phase::Collect,
+        at: 0,
+        bins: (0, 0),
+        bin_hz: T::ZERO,
+        told: None,
+        teeth: None,
+        range: (T::ZERO, T::ZERO),
+        generator: 0,
+        multiple: 0,
+        tried: 0,
+        best: None,
+        previous: None,
+        last: Finding::NotEstimable,
+    };
+
+    /// A finder that has heard nothing, as [`Self::new`] makes it, but in place: it is 9 KB,
+    /// and no second one lies on the stack meanwhile.
+    ///
+    /// # Errors
+    /// See [`SpeedFinderError`]; of no use then, until it is restarted again.
+    #[inline(never)]
+    pub fn restart(&mut self, config: &SpeedFinderConfig) -> Result<(), SpeedFinderError> {
         let fs = config.fs_hz;
         if !(fs.is_finite() && fs > 0.0) {
             return Err(SpeedFinderError::Rate);
@@ -130,31 +162,39 @@ impl<T: Real> SpeedFinder<T> {
             return Err(SpeedFinderError::Band);
         }
         let bin = fs / FRAME as f64;
-        let mut finder = Self {
-            fft: SlicedFft::default(),
-            peaks: Peaks::default(),
-            phase: Phase::Collect,
-            at: 0,
-            bins: (
-                ((low_hz / bin) as usize).max(3),
-                ((high_hz / bin) as usize).min(HALF - 3),
-            ),
-            bin_hz: T::from_f64(bin),
-            told: None,
-            teeth: config.teeth.filter(|z| *z > 1),
-            range: (
-                T::from_f64((SPACING_HZ.0 / bin).max(LEAST_SPACING_BINS)),
-                T::from_f64(SPACING_HZ.1 / bin),
-            ),
-            generator: 0,
-            multiple: 1,
-            tried: 0,
-            best: None,
-            previous: None,
-            last: Finding::NotEstimable,
-        };
-        finder.tell(config.told_hz.map(T::from_f64))?;
-        Ok(finder)
+        // All of them by name, so that none is forgotten; the others are `tell`'s.
+        let Self {
+            fft,
+            peaks,
+            phase: _,
+            at: _,
+            bins,
+            bin_hz,
+            told: _,
+            teeth,
+            range,
+            generator,
+            multiple,
+            tried,
+            best,
+            previous: _,
+            last: _,
+        } = self;
+        fft.restart();
+        *peaks = Peaks::BLANK;
+        *bins = (
+            ((low_hz / bin) as usize).max(3),
+            ((high_hz / bin) as usize).min(HALF - 3),
+        );
+        *bin_hz = T::from_f64(bin);
+        *teeth = config.teeth.filter(|z| *z > 1);
+        *range = (
+            T::from_f64((SPACING_HZ.0 / bin).max(LEAST_SPACING_BINS)),
+            T::from_f64(SPACING_HZ.1 / bin),
+        );
+        (*generator, *multiple, *tried) = (0, 1, 0);
+        *best = None;
+        self.tell(config.told_hz.map(T::from_f64))
     }
 
     /// Another told speed, Hz, or none; what was found before is forgotten. Slow path.

@@ -34,20 +34,16 @@ pub(super) struct Peaks<T> {
     used: usize,
 }
 
-impl<T: Real> Default for Peaks<T> {
-    fn default() -> Self {
-        let nothing = Peak {
+impl<T: Real> Peaks<T> {
+    /// None.
+    pub const BLANK: Self = Self {
+        list: [Peak {
             bin: T::ZERO,
             power: T::ZERO,
-        };
-        Self {
-            list: [nothing; MOST_PEAKS],
-            used: 0,
-        }
-    }
-}
+        }; MOST_PEAKS],
+        used: 0,
+    };
 
-impl<T: Real> Peaks<T> {
     /// Adds a peak, if it is among the strongest.
     pub fn insert(&mut self, peak: Peak<T>) {
         let mut next = peak;
@@ -125,7 +121,7 @@ mod tests {
 
     #[test]
     fn the_strongest_are_kept_in_order() {
-        let mut all = Peaks::default();
+        let mut all = Peaks::BLANK;
         for i in 0..40 {
             let power = f64::from((i * 17) % 40);
             all.insert(Peak { bin: power, power });

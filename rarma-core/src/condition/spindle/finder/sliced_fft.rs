@@ -43,18 +43,34 @@ impl<T: Real, const M: usize> Default for SlicedFft<T, M> {
     fn default() -> Self {
         const { assert!(M.is_power_of_two() && M >= 4, "M must be a power of two") };
         Self {
-            z: [(T::ZERO, T::ZERO); M],
             half: 1,
-            column: 0,
-            at: 0,
             twiddle: (T::ONE, T::ZERO),
             turn: (T::ONE, T::ZERO),
-            bin: 0,
+            ..Self::BLANK
         }
     }
 }
 
 impl<T: Real, const M: usize> SlicedFft<T, M> {
+    /// Zeros, until [`Self::restart`].
+    pub(super) const BLANK: Self = Self {
+        z: [(T::ZERO, T::ZERO); M],
+        half: 0,
+        column: 0,
+        at: 0,
+        twiddle: (T::ZERO, T::ZERO),
+        turn: (T::ZERO, T::ZERO),
+        bin: 0,
+    };
+
+    /// As [`Self::default`], in place.
+    pub(super) fn restart(&mut self) {
+        self.z.fill((T::ZERO, T::ZERO));
+        self.half = 1;
+        self.start_stage();
+        self.turn = (T::ONE, T::ZERO);
+    }
+
     /// Real numbers in a transform.
     pub const POINTS: usize = 2 * M;
 

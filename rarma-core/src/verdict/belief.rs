@@ -1,0 +1,281 @@
+//! The speed as a belief: how likely each speed near the told one is, by the lines that
+//! are heard; and from it, how likely the rotation makes a line.
+//!
+//! Rate: per window, a line or some speeds a slice. Words: *comb*, the multiples of the
+//! turn's frequency or of the teeth's.
+
+use super::config::VerdictConfig;
+use super::frame::HOP_S;
+use crate::real::Real;
+
+/// Speeds: the told one times e^u, u in steps over ±[`SPAN`].
+const STEP: f64 = 0.0005;
+const SPAN: f64 = 0.1;
+pub(super) const SPEEDS: usize = 401;
+/// A told speed is never less likely than this, natural logarithm: it may be quite wrong.
+const LEAST_PRIOR: f64 = -30.0;
+/// What the lines say is forgotten in this time, s.
+const MEMORY_S: f64 = 0.5;
+/// Windows that count as independent within that time.
+const INDEPENDENT: f64 = 8.0;
+/// Part of the lines of a cut that the rotation makes.
+const FORCED: f64 = 0.8;
+/// Prior chance that the rotation makes a line at a low multiple, and density of any other
+/// line against it.
+const PRIOR: f64 = 0.8;
+const OTHERS: f64 = 0.002;
+/// Deviation of a line's frequency, in units of the resolution.
+const LINE_SD: f64 = 0.15;
+/// A line of the comb is looked for so many deviations about.
+const REACH: f64 = 3.5;
+/// Deviations over the spacing from which on every frequency lies on the comb.
+const SMEARED: f64 = 0.3;
+/// How strong the other lines' word for a rotation is at half its weight, and the width of
+/// the step.
+const WORD: (f64, f64) = (0.0, 0.3);
+/// Images of a sampler that folds.
+const FOLDS: u32 = 4;
+/// What a folded line may be: on teeth, on turns, folded of teeth, folded of turns.
+const FOLDED: [f64; 4] = [0.5, 0.2, 0.2, 0.1];
+
+/// The belief.
+#[derive(Debug, Clone)]
+pub(super) struct Belief<T> {
+    /// Mean log-likelihood of each speed.
+    heard: [T; SPEEDS],
+    /// Its probability, not normed, and how likely it made the line at hand.
+    chance: [T; SPEEDS],
+    mixed: [T; SPEEDS],
+    told_hz: T,
+    teeth: T,
+    folding_hz: Option<T>,
+    sd_hz: T,
+    prior_gain: T,
+    prior_sum: T,
+    on_teeth: T,
+    rare_multiple: T,
+    alone: T,
+    /// Logarithm of the largest probability, sum of all, mean and deviation of u.
+    largest: T,
+    sum: T,
+    mean: T,
+    sd: T,
+}
+
+impl<T: Real> Belief<T> {
+    pub(super) fn new(
+        config: &VerdictConfig,
+        told_hz: f64,
+        teeth: u32,
+        folding_hz: Option<f64>,
+        resolution_hz: T,
+    ) -> Self {
+        let mut belief = Self {
+            heard: [T::ZERO; SPEEDS],
+            chance: [T::ZERO; SPEEDS],
+            mixed: [T::ZERO; SPEEDS],
+            told_hz: T::from_f64(told_hz),
+            teeth: T::from_u32(teeth),
+            folding_hz: folding_hz.map(T::from_f64),
+            sd_hz: resolution_hz * T::from_f64(LINE_SD),
+            prior_gain: T::from_f64(-0.5 / (config.told_sd * config.told_sd)),
+            prior_sum: T::ZERO,
+            on_teeth: T::from_f64(config.on_teeth),
+            rare_multiple: T::from_f64(config.rare_multiple),
+            alone: T::from_f64(config.alone),
+            largest: T::ZERO,
+            sum: T::ONE,
+            mean: T::ZERO,
+            sd: T::from_f64(config.told_sd),
+        };
+        for i in 0..SPEEDS {
+            belief.prior_sum += belief.prior(i).exp();
+        }
+        belief.settle();
+        belief
+    }
+
+    /// Told anew: what was heard belongs to the new speed, for the rotation goes with it.
+    pub(super) fn tell(&mut self, told_hz: T) {
+        self.told_hz = told_hz;
+    }
+
+    fn u(i: usize) -> T {
+        T::from_f64(STEP) * T::from_u32(i as u32) - T::from_f64(SPAN)
+    }
+
+    fn prior(&self, i: usize) -> T {
+        let u = Self::u(i);
+        (self.prior_gain * u * u).max(T::from_f64(LEAST_PRIOR))
+    }
+
+    /// The believed speed, Hz.
+    pub(super) fn turn_hz(&self) -> T {
+        self.told_hz * self.mean.exp()
+    }
+
+    /// Its standard deviation, a part of it.
+    pub(super) fn sd(&self) -> T {
+        self.sd
+    }
+
+    pub(super) fn teeth(&self) -> T {
+        self.teeth
+    }
+
+    /// How much a line's word weighs: high multiples say less.
+    pub(super) fn weight(&self, f_hz: T) -> T {
+        T::ONE / (T::ONE + f_hz / (self.turn_hz() * T::from_f64(10.0)))
+    }
+
+    /// Lines of this weight together are about to be heard.
+    pub(super) fn forget(&mut self, weights: T) {
+        let keep = T::ONE - Self::gain() * weights.min(T::ONE);
+        for heard in &mut self.heard {
+            *heard *= keep;
+        }
+    }
+
+    fn gain() -> T {
+        T::from_f64(HOP_S / MEMORY_S)
+    }
+
+    /// One line is heard; `weights`, of all lines of the window.
+    pub(super) fn hear(&mut self, f_hz: T, weight: T, weights: T) {
+        self.mix(f_hz);
+        let gain = Self::gain() * weights.min(T::ONE) * weight;
+        let off = T::from_f64(1.0 - FORCED);
+        let nowhere = gain * off.ln();
+        for (heard, mixed) in self.heard.iter_mut().zip(&self.mixed) {
+            *heard += if *mixed > T::ZERO {
+                gain * (off + T::from_f64(FORCED) * *mixed).ln()
+            } else {
+                nowhere
+            };
+        }
+    }
+
+    /// The probabilities, after all lines are heard.
+    pub(super) fn settle(&mut self) {
+        let n = T::from_f64(INDEPENDENT);
+        self.largest = T::from_f64(-1e30);
+        for i in 0..SPEEDS {
+            self.chance[i] = self.prior(i) + n * self.heard[i];
+            self.largest = self.largest.max(self.chance[i]);
+        }
+        let (mut sum, mut first, mut second) = (T::ZERO, T::ZERO, T::ZERO);
+        for i in 0..SPEEDS {
+            let p = (self.chance[i] - self.largest).exp();
+            self.chance[i] = p;
+            let u = Self::u(i);
+            sum += p;
+            first += p * u;
+            second += p * u * u;
+        }
+        self.sum = sum;
+        self.mean = first / sum;
+        self.sd = (second / sum - self.mean * self.mean).max(T::ZERO).sqrt();
+    }
+
+    /// Log-odds that the rotation makes a line, by the word of the other lines: its own
+    /// word, `weight` over `age_s`, is taken back first.
+    pub(super) fn forced(&mut self, f_hz: T, weight: T, age_s: T) -> T {
+        self.mix(f_hz);
+        let off = T::from_f64(1.0 - FORCED);
+        let known = T::ONE - (-age_s / T::from_f64(MEMORY_S)).exp();
+        let own = T::from_f64(INDEPENDENT) * weight * known;
+        let nowhere = (-own * off.ln()).exp();
+        let (mut sum, mut on) = (T::ZERO, T::ZERO);
+        for (chance, mixed) in self.chance.iter().zip(&self.mixed) {
+            if *mixed > T::ZERO {
+                let back = *chance * (-own * (off + T::from_f64(FORCED) * *mixed).ln()).exp();
+                sum += back;
+                on += back * *mixed;
+            } else {
+                sum += *chance * nowhere;
+            }
+        }
+        let tiny = T::from_f64(1e-30);
+        let word =
+            (self.largest + (sum + tiny).ln() - self.prior_sum.ln()) / T::from_f64(INDEPENDENT);
+        let others = sigmoid((word - T::from_f64(WORD.0)) / T::from_f64(WORD.1));
+        let multiple = f_hz / (self.teeth * self.told_hz * self.rare_multiple);
+        let prior = T::from_f64(PRIOR) / (T::ONE + multiple * multiple)
+            * (self.alone + (T::ONE - self.alone) * others);
+        (prior * on / (sum + tiny) + T::from_f64(OTHERS)).ln() - (T::ONE - prior).ln()
+    }
+
+    /// Density of a line at each speed, over that of a line anywhere.
+    fn mix(&mut self, f_hz: T) {
+        self.mixed = [T::ZERO; SPEEDS];
+        let one = T::ONE;
+        let teeth = self.teeth;
+        let Some(rate) = self.folding_hz else {
+            if teeth > one {
+                self.comb(f_hz, teeth, self.on_teeth);
+                self.comb(f_hz, one, one - self.on_teeth);
+            } else {
+                self.comb(f_hz, one, one);
+            }
+            return;
+        };
+        let part = |i: usize, n: u32| T::from_f64(FOLDED[i] / f64::from(n));
+        self.comb(f_hz, teeth, part(0, 1));
+        self.comb(f_hz, one, part(1, 1));
+        for m in 1..=FOLDS {
+            for image in [rate * T::from_u32(m) - f_hz, rate * T::from_u32(m) + f_hz] {
+                self.comb(image, teeth, part(2, 2 * FOLDS));
+                if m <= FOLDS / 2 {
+                    self.comb(image, one, part(3, FOLDS));
+                }
+            }
+        }
+    }
+
+    /// Adds the multiples of `per_turn` times each speed, with a weight.
+    fn comb(&mut self, f_hz: T, per_turn: T, weight: T) {
+        let spacing = self.told_hz * per_turn;
+        if !(spacing > T::ZERO && f_hz > T::ZERO) {
+            return;
+        }
+        if self.sd_hz > spacing * T::from_f64(SMEARED) {
+            for mixed in &mut self.mixed {
+                *mixed += weight;
+            }
+            return;
+        }
+        let span = T::from_f64(SPAN);
+        let order = f_hz / spacing;
+        let reach = T::from_f64(REACH) * self.sd_hz / f_hz;
+        let last = order * (span + reach).exp();
+        let mut k = (order * (-span - reach).exp() - T::from_f64(0.5))
+            .round()
+            .max(T::ONE);
+        let high = weight * spacing / (self.sd_hz * T::from_f64(2.5066));
+        let to_index = |u: T| {
+            ((u + span) * T::from_f64(1.0 / STEP)).clamp(T::ZERO, T::from_u32(SPEEDS as u32 - 1))
+        };
+        while k <= last {
+            // Speeds whose k-th multiple lies near the line.
+            let u = (order / k).ln();
+            let from = (to_index(u - reach) + T::from_f64(0.499)).round().to_f32() as usize;
+            let to = (to_index(u + reach) - T::from_f64(0.499)).round().to_f32() as usize;
+            let line = k * spacing;
+            for i in from..=to.min(SPEEDS - 1) {
+                let r = (f_hz - line * Self::u(i).exp()) / self.sd_hz;
+                self.mixed[i] += high * self.scale(i) * (T::from_f64(-0.5) * r * r).exp();
+            }
+            k += T::ONE;
+        }
+    }
+
+    /// Spacing at a speed over that at the told one.
+    fn scale(&self, i: usize) -> T {
+        T::ONE + Self::u(i)
+    }
+}
+
+/// 1/(1 + e^−x).
+pub(super) fn sigmoid<T: Real>(x: T) -> T {
+    T::ONE / (T::ONE + (-x).exp())
+}

@@ -1,0 +1,243 @@
+//! The short-time spectrum: a window of samples every [`HOP_S`], its power, its level at
+//! idle.
+//!
+//! Rate: a slice of the work once a decimated sample.
+
+use crate::condition::SlicedFft;
+use crate::real::Real;
+
+/// Complex points of the transform.
+const HALF: usize = 1024;
+/// Samples that are kept.
+pub(super) const FRAME: usize = 2 * HALF;
+/// Between two windows, s.
+pub const HOP_S: f64 = 0.05;
+/// Length of the window at 6 kHz, s; at other rates it goes with the root of the period,
+/// half way between the same time and the same number of samples.
+const WINDOW_S: f64 = 0.25;
+const WINDOW_AT_HZ: f64 = 6000.0;
+/// Parts of the window in which a line's power is looked at.
+pub(super) const SEGMENTS: usize = 16;
+/// The band that is looked at, as parts of the rate.
+pub(super) const BAND: (f64, f64) = (0.012, 0.48);
+/// Smoothing of the spectrum whose least is idle, s.
+const SMOOTH_S: f64 = 0.3;
+/// The level at idle rises by this part of itself in a hop, so that it is learnt anew in
+/// minutes.
+const RISE: f64 = 0.0005;
+/// The level at idle begins so long after the first window, s.
+const SETTLED_S: f64 = 0.2;
+/// Half the width of a line, in units of one over the window.
+const HALF_LINE: f64 = 2.0;
+/// Work of one slice.
+const PUT: usize = 8;
+const BUTTERFLIES: usize = 8;
+const PAIRS: usize = 4;
+const BINS: usize = 16;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    Fill(usize),
+    Transform,
+    Unpack,
+    Smooth(usize),
+    Done,
+}
+
+/// Samples, and the power spectrum of the last window.
+#[derive(Debug, Clone)]
+pub(super) struct Frame<T> {
+    ring: [T; FRAME],
+    /// Where the next sample goes, and the first sample of the window that is worked on.
+    next: usize,
+    from: usize,
+    fft: SlicedFft<T, HALF>,
+    smooth: [T; HALF],
+    idle: [T; HALF],
+    phase: Phase,
+    /// Cosine and sine of the window, and their step.
+    turn: (T, T),
+    step: (T, T),
+    /// Windows so far, and from which on idle is learnt.
+    windows: u32,
+    settled: u32,
+    /// Samples of the window; bins of the band, first and one past the last.
+    pub(super) window: usize,
+    pub(super) bins: (usize, usize),
+    pub(super) bin_hz: T,
+    /// Half the width of a line, bins.
+    pub(super) half: usize,
+    pub(super) hop: usize,
+    gain: T,
+    /// Power of the band, and the mean logarithm of its bins.
+    pub(super) total: T,
+    pub(super) mean_ln: T,
+    sum_ln: T,
+    sum: T,
+}
+
+impl<T: Real> Frame<T> {
+    pub(super) fn new(fs_hz: f64) -> Self {
+        let hop = ((HOP_S * fs_hz) as usize).max(4);
+        let wished = WINDOW_S * (WINDOW_AT_HZ * fs_hz).sqrt();
+        // While a window is worked on, new samples come.
+        let window = ((wished as usize).min(FRAME - hop) / SEGMENTS).max(4) * SEGMENTS;
+        let bin_hz = fs_hz / FRAME as f64;
+        let (s, c) = T::from_f64(core::f64::consts::TAU / (window - 1) as f64).sin_cos();
+        let bin = |part: f64| (part * fs_hz / bin_hz) as usize;
+        Self {
+            ring: [T::ZERO; FRAME],
+            next: 0,
+            from: 0,
+            fft: SlicedFft::default(),
+            smooth: [T::ZERO; HALF],
+            idle: [T::ZERO; HALF],
+            phase: Phase::Done,
+            turn: (T::ONE, T::ZERO),
+            step: (c, s),
+            windows: 0,
+            settled: (SETTLED_S / HOP_S) as u32,
+            window,
+            bins: (bin(BAND.0) + 1, bin(BAND.1)),
+            bin_hz: T::from_f64(bin_hz),
+            half: ((HALF_LINE * FRAME as f64 / window as f64).round() as usize).max(1),
+            hop,
+            gain: T::from_f64((HOP_S / SMOOTH_S).min(1.0)),
+            total: T::ZERO,
+            mean_ln: T::ZERO,
+            sum_ln: T::ZERO,
+            sum: T::ZERO,
+        }
+    }
+
+    /// One over the window's length, Hz: how far apart lines are told from each other.
+    pub(super) fn resolution_hz(&self) -> T {
+        self.bin_hz * T::from_f64(FRAME as f64 / self.window as f64)
+    }
+
+    #[inline(always)]
+    pub(super) fn push(&mut self, x: T) {
+        // One bad sample would spoil the belief for ever.
+        let x = if x.is_finite() { x } else { T::ZERO };
+        self.ring[self.next & (FRAME - 1)] = x;
+        self.next = (self.next + 1) & (FRAME - 1);
+    }
+
+    /// Sample `i` of the window that is worked on.
+    #[inline(always)]
+    pub(super) fn sample(&self, i: usize) -> T {
+        self.ring[(self.from + i) & (FRAME - 1)]
+    }
+
+    /// The last samples become the window.
+    pub(super) fn begin(&mut self) {
+        self.from = (self.next + FRAME - self.window) & (FRAME - 1);
+        self.turn = (T::ONE, T::ZERO);
+        self.sum = T::ZERO;
+        self.sum_ln = T::ZERO;
+        self.phase = Phase::Fill(0);
+    }
+
+    /// Slices of work from [`Self::begin`] to the end, at most.
+    pub(super) fn slices() -> usize {
+        FRAME / PUT + HALF / 2 * 10 / BUTTERFLIES + HALF / 2 / PAIRS + HALF / BINS + 8
+    }
+
+    /// One slice; whether the spectrum is ready.
+    pub(super) fn work(&mut self) -> bool {
+        self.phase = match self.phase {
+            Phase::Fill(at) => self.fill(at),
+            Phase::Transform if self.fft.transform(BUTTERFLIES) => Phase::Unpack,
+            Phase::Unpack if self.fft.unpack(PAIRS) => Phase::Smooth(self.bins.0),
+            Phase::Smooth(at) => self.smooth(at),
+            as_it_is => as_it_is,
+        };
+        self.phase == Phase::Done
+    }
+
+    fn fill(&mut self, at: usize) -> Phase {
+        let half = T::from_f64(0.5);
+        for i in at..at + PUT {
+            if i < self.window {
+                let (c, s) = self.turn;
+                self.fft.put(i, self.sample(i) * (half - half * c));
+                let (dc, ds) = self.step;
+                self.turn = (c * dc - s * ds, s * dc + c * ds);
+            } else {
+                self.fft.put(i, T::ZERO);
+            }
+        }
+        if at + PUT >= FRAME {
+            Phase::Transform
+        } else {
+            Phase::Fill(at + PUT)
+        }
+    }
+
+    fn smooth(&mut self, at: usize) -> Phase {
+        let end = (at + BINS).min(self.bins.1);
+        let tiny = T::from_f64(1e-30);
+        for k in at..end {
+            let p = self.fft.power(k);
+            self.sum += p;
+            self.sum_ln += (p + tiny).ln();
+            let smooth = &mut self.smooth[k & (HALF - 1)];
+            let idle = &mut self.idle[k & (HALF - 1)];
+            *smooth = if self.windows == 0 {
+                p
+            } else {
+                *smooth + self.gain * (p - *smooth)
+            };
+            if self.windows == self.settled {
+                *idle = *smooth;
+            } else if self.windows > self.settled {
+                *idle = (*idle * T::from_f64(1.0 + RISE)).min(*smooth);
+            }
+        }
+        if end < self.bins.1 {
+            return Phase::Smooth(end);
+        }
+        self.total = self.sum + tiny;
+        self.mean_ln = self.sum_ln / T::from_u32((self.bins.1 - self.bins.0) as u32);
+        self.windows = self.windows.saturating_add(1);
+        Phase::Done
+    }
+
+    /// Power of a bin of the band; none outside.
+    #[inline(always)]
+    pub(super) fn power(&self, bin: usize) -> T {
+        if bin >= self.bins.0 && bin < self.bins.1 {
+            self.fft.power(bin)
+        } else {
+            T::ZERO
+        }
+    }
+
+    /// Power of the line at a bin.
+    pub(super) fn line_power(&self, bin: usize) -> T {
+        let mut sum = T::ZERO;
+        for k in bin.saturating_sub(self.half)..=bin + self.half {
+            sum += self.power(k);
+        }
+        sum
+    }
+
+    /// Level of a line of this power over what was there at idle, dB, where that is known.
+    pub(super) fn over_idle_db(&self, bin: usize, power: T) -> Option<T> {
+        if self.windows <= self.settled {
+            return None;
+        }
+        let mut sum = T::from_f64(1e-30);
+        for k in bin.saturating_sub(self.half)..=bin + self.half {
+            if k >= self.bins.0 && k < self.bins.1 {
+                sum += self.idle[k & (HALF - 1)];
+            }
+        }
+        Some(decibel(power / sum))
+    }
+}
+
+/// 10·lg of a ratio of powers.
+pub(super) fn decibel<T: Real>(ratio: T) -> T {
+    (ratio + T::from_f64(1e-30)).ln() * T::from_f64(10.0 / core::f64::consts::LN_10)
+}

@@ -1,0 +1,113 @@
+//! The judgement of one window: what each candidate's features say, and which suspect is
+//! the strongest.
+
+use super::evidence::Sight;
+use super::lines::Line;
+use super::{Judgement, Verdict};
+use crate::real::Real;
+
+/// Lines of the same family agree this closely, in units of the resolution.
+const SAME: f64 = 1.2;
+/// Sidebands are told from each other from this spacing on, in units of the resolution.
+const TOLD_APART: f64 = 8.0;
+/// The rotation never explains more than all but this part of the power.
+const LEAST_REST: f64 = 0.03;
+/// Parts are held within this.
+const PARTS: (f64, f64) = (0.003, 0.995);
+/// A line counts for the family in full from this part of it on.
+const OWN: f64 = 1.0 / 3.0;
+
+impl<T: Real> Verdict<T> {
+    /// Spacing of sidebands that can be told apart.
+    fn spacing_hz(&self) -> Option<T> {
+        let belief = self.belief.as_ref()?;
+        let apart = self.resolution_hz * T::from_f64(TOLD_APART);
+        let turn = belief.turn_hz();
+        let tooth = turn * belief.teeth();
+        [turn, tooth].into_iter().find(|spacing| *spacing > apart)
+    }
+
+    /// Power of a candidate's family that the rotation does not explain.
+    fn family(&self, line: &Line<T>, spacing_hz: Option<T>) -> T {
+        let same = self.resolution_hz * T::from_f64(SAME);
+        let off = |f: T, spacing: T| {
+            let q = f / spacing;
+            (q - q.round()).abs() * spacing
+        };
+        let mut sum = T::ZERO;
+        for (other, forced) in self.lines.candidates().iter().zip(self.forced) {
+            let near = (line.f_hz - other.f_hz).abs() < self.breadth * line.f_hz;
+            let sideband = spacing_hz.is_some_and(|spacing| {
+                (off(line.f_hz, spacing) - off(other.f_hz, spacing)).abs() < same
+            });
+            if near || sideband || line.bin == other.bin {
+                sum += other.power * (T::ONE - forced);
+            }
+        }
+        sum
+    }
+
+    pub(super) fn judge(&mut self) {
+        let of = T::from_f64;
+        let total = self.frame.total;
+        let mut explained = T::ZERO;
+        for (line, forced) in self.lines.candidates().iter().zip(self.forced) {
+            explained += line.power * forced;
+        }
+        let rest = (total - explained).max(of(LEAST_REST) * total);
+        let lg = |x: T| (x + of(1e-30)).ln() * of(core::f64::consts::LOG10_E);
+        let level = lg(total / self.loudest).clamp(of(-2.0), T::ZERO);
+        let range = lg(self.loudest / (self.quietest + of(1e-30)));
+        let spacing_hz = self.spacing_hz();
+        let log_odds = |part: T| (part / (T::ONE - part)).ln();
+        let mut best: Option<Judgement<T>> = None;
+        for k in 0..self.lines.candidates().len() {
+            let line = self.lines.candidates()[k];
+            let free = self.belief.as_ref().map(|_| -self.odds[k]);
+            let family = self.family(&line, spacing_hz);
+            let own = line.power * (T::ONE - self.forced[k]) / (family + of(1e-30));
+            let counts = (own * of(1.0 / OWN)).min(T::ONE);
+            let part = |of_what: T| {
+                let part = (family.min(of_what) / of_what).clamp(of(PARTS.0), of(PARTS.1));
+                log_odds((part * counts).max(of(PARTS.0)))
+            };
+            let over_idle_db = self.frame.over_idle_db(line.bin, line.power);
+            let sight = Sight {
+                free,
+                part_of_rest: part(rest),
+                part_of_all: part(total),
+                over_idle_db,
+                fluctuation: self.fluctuation[k],
+                level,
+                range,
+            };
+            let evidence = self.weigher.weigh(&sight);
+            let over = over_idle_db.unwrap_or(of(10.0)).clamp(T::ZERO, of(30.0)) / of(10.0);
+            let free_odds = free.unwrap_or(T::ZERO).clamp(of(-5.0), of(5.0));
+            let track = self.tracks.of(k);
+            track.evidence = self.weigher.add(track.evidence, evidence);
+            track.suspect([sight.part_of_rest, free_odds, over]);
+            if best.is_none_or(|best| track.evidence > best.evidence) {
+                best = Some(Judgement {
+                    evidence: track.evidence,
+                    f_hz: line.f_hz,
+                    chatter: false,
+                    forced: free.map(|_| self.forced[k]),
+                    part: family / total,
+                    over_idle_db,
+                    spindle_hz: None,
+                });
+            }
+        }
+        let mut now = best.unwrap_or(Judgement {
+            evidence: self.weigher.doubt(),
+            ..Judgement::default()
+        });
+        now.spindle_hz = self
+            .belief
+            .as_ref()
+            .map(|belief| (belief.turn_hz(), belief.turn_hz() * belief.sd()));
+        now.chatter = self.caller.hear(now.evidence);
+        self.last = now;
+    }
+}

@@ -1,0 +1,374 @@
+//! Which source made this narrow line: the rotation, the background, a mode that the cut
+//! rings, or the cut itself.
+//!
+//! Rate: [`Verdict::process`] once a decimated sample, a bounded slice of work each time; a
+//! [`Judgement`] every 0.05 s. Words: *line*, a narrow peak of the short-time spectrum;
+//! *candidate*, one of the strongest lines; *family*, a line with its sidebands a turn or a
+//! tooth apart; *evidence*, a log-odds (natural logarithm).
+//!
+//! ```text
+//! window → spectrum → lines → speed as a belief → log-odds that the rotation makes each
+//!        → family's part of what the rotation leaves, of all; level over idle; S
+//!        → evidence = belief + w·free − Σ penalties, summed over time from a doubt on
+//! ```
+//!
+//! The evidence is a conjunction: each feature can only speak against. Chatter is called when
+//! the sum of a line passes a threshold.
+
+mod belief;
+mod caller;
+mod config;
+mod evidence;
+mod frame;
+mod judge;
+mod lines;
+mod steadiness;
+mod tracks;
+#[cfg(test)]
+mod verdict_tests;
+
+pub use caller::Caller;
+pub use config::{VerdictConfig, VerdictError};
+
+use crate::real::Real;
+use belief::{Belief, sigmoid};
+use evidence::Weigher;
+pub use frame::HOP_S;
+use frame::{Frame, SEGMENTS};
+use lines::{CANDIDATES, LINES, Lines};
+use steadiness::Steadiness;
+use tracks::Tracks;
+
+/// Part of the time between two windows in which the work on one is done.
+const BUSY: f64 = 0.7;
+/// Bins looked at for peaks in a slice.
+const SCANNED: usize = 16;
+/// A line votes for the speed in so far as it stands so many decibels over idle, and the
+/// width of the step; half where idle is not known.
+const VOTES: (f64, f64) = (6.0, 1.5);
+/// Smoothing of the quietest level, s, and forgetting of the loudest in a window.
+const LEVEL_S: f64 = 0.3;
+const LOUDEST: f64 = 0.999;
+
+/// What the verdict is told of the machine and the signal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Listening {
+    /// Rate of the samples, Hz: of the decimated band.
+    pub fs_hz: f64,
+    /// Turns a second, where they are told.
+    pub spindle_hz: Option<f64>,
+    /// Teeth on the cutter.
+    pub teeth: u32,
+    /// Rate of a sampler without an anti-alias filter, Hz, where there is such a one.
+    pub folding_hz: Option<f64>,
+}
+
+/// What is believed of the strongest suspect after one window.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Judgement<T> {
+    /// Sum of the evidence that it is self-excited.
+    pub evidence: T,
+    /// Its frequency, Hz.
+    pub f_hz: T,
+    /// Chatter is called.
+    pub chatter: bool,
+    /// Chance that the rotation makes the line; none without a speed.
+    pub forced: Option<T>,
+    /// Part of the band's power that its family holds.
+    pub part: T,
+    /// Level of the line over idle, dB, where idle was heard.
+    pub over_idle_db: Option<T>,
+    /// Turns a second as believed, and their standard deviation.
+    pub spindle_hz: Option<(T, T)>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    Wait,
+    Spectrum,
+    Scan(usize),
+    Pick,
+    Hear(usize),
+    Settle,
+    Forced(usize),
+    Steady(usize),
+    Judge,
+}
+
+/// Listens to one channel.
+#[derive(Debug, Clone)]
+pub struct Verdict<T> {
+    frame: Frame<T>,
+    lines: Lines<T>,
+    tracks: Tracks<T>,
+    belief: Option<Belief<T>>,
+    steadiness: Steadiness<T>,
+    weigher: Weigher<T>,
+    stage: Stage,
+    /// Samples until the next window, and slices of work a sample.
+    until: usize,
+    pace: usize,
+    weights: [T; LINES],
+    /// Chance that the rotation makes each candidate, its log-odds, and ln(S + 0.01).
+    forced: [T; CANDIDATES],
+    odds: [T; CANDIDATES],
+    fluctuation: [T; CANDIDATES],
+    breadth: T,
+    resolution_hz: T,
+    angle: T,
+    /// Loudest level, smoothed one, its least: power.
+    loudest: T,
+    smooth: T,
+    quietest: T,
+    caller: Caller<T>,
+    last: Judgement<T>,
+}
+
+impl<T: Real> Verdict<T> {
+    /// One that has heard nothing.
+    ///
+    /// # Errors
+    /// The first setting that is out of range.
+    pub fn new(config: &VerdictConfig, listening: &Listening) -> Result<Self, VerdictError> {
+        config.check()?;
+        let within = |x: f64, least: f64, most: f64| x >= least && x <= most;
+        let fs_hz = listening.fs_hz;
+        let folding_ok = listening.folding_hz.is_none_or(|hz| within(hz, 100.0, 1e6));
+        if !(within(fs_hz, 100.0, 20_000.0) && folding_ok) {
+            return Err(VerdictError::Rate);
+        }
+        if listening
+            .spindle_hz
+            .is_some_and(|hz| !within(hz, 0.1, 5000.0))
+        {
+            return Err(VerdictError::Speed);
+        }
+        if !(1..=1000).contains(&listening.teeth) {
+            return Err(VerdictError::Teeth);
+        }
+        let frame = Frame::new(fs_hz);
+        let resolution_hz = frame.resolution_hz();
+        let slices = Frame::<T>::slices()
+            + (frame.bins.1 - frame.bins.0) / SCANNED
+            + LINES
+            + CANDIDATES * (SEGMENTS + 2)
+            + 4;
+        let belief = listening.spindle_hz.map(|hz| {
+            Belief::new(
+                config,
+                hz,
+                listening.teeth,
+                listening.folding_hz,
+                resolution_hz,
+            )
+        });
+        Ok(Self {
+            until: frame.window,
+            pace: (slices as f64 / (BUSY * frame.hop as f64)) as usize + 1,
+            frame,
+            lines: Lines::new(),
+            tracks: Tracks::new(),
+            belief,
+            steadiness: Steadiness::new(),
+            weigher: Weigher::new(config, HOP_S),
+            stage: Stage::Wait,
+            weights: [T::ZERO; LINES],
+            forced: [T::ZERO; CANDIDATES],
+            odds: [T::ZERO; CANDIDATES],
+            fluctuation: [T::ZERO; CANDIDATES],
+            breadth: T::from_f64(config.breadth),
+            resolution_hz,
+            angle: T::from_f64(core::f64::consts::TAU / fs_hz),
+            loudest: T::ZERO,
+            smooth: T::ZERO,
+            quietest: T::ZERO,
+            caller: Caller::new(config),
+            last: Judgement::default(),
+        })
+    }
+
+    /// The speed changes, as a control tells it.
+    pub fn tell_speed(&mut self, spindle_hz: T) {
+        if let Some(belief) = &mut self.belief
+            && spindle_hz.is_finite()
+            && spindle_hz > T::from_f64(0.1)
+        {
+            belief.tell(spindle_hz);
+        }
+    }
+
+    /// The last judgement.
+    pub fn judgement(&self) -> &Judgement<T> {
+        &self.last
+    }
+
+    /// Takes one sample of the band; gives a judgement every 0.05 s.
+    #[inline]
+    pub fn process(&mut self, x: T) -> Option<&Judgement<T>> {
+        self.frame.push(x);
+        self.until -= 1;
+        if self.until == 0 {
+            self.until = self.frame.hop;
+            self.frame.begin();
+            self.stage = Stage::Spectrum;
+        }
+        for _ in 0..self.pace {
+            if self.stage == Stage::Wait {
+                return None;
+            }
+            self.stage = self.work();
+            if self.stage == Stage::Wait {
+                return Some(&self.last);
+            }
+        }
+        None
+    }
+
+    fn work(&mut self) -> Stage {
+        match self.stage {
+            Stage::Wait => Stage::Wait,
+            Stage::Spectrum => {
+                if !self.frame.work() {
+                    return Stage::Spectrum;
+                }
+                self.note_level();
+                self.lines.begin();
+                Stage::Scan(self.frame.bins.0)
+            }
+            Stage::Scan(bin) => {
+                let turn_hz = self.belief.as_ref().map(Belief::turn_hz);
+                self.lines.scan(&self.frame, bin, bin + SCANNED, turn_hz);
+                if bin + SCANNED < self.frame.bins.1 {
+                    Stage::Scan(bin + SCANNED)
+                } else {
+                    Stage::Pick
+                }
+            }
+            Stage::Pick => {
+                self.lines.pick(&self.frame);
+                let candidates = self.lines.candidates();
+                self.tracks
+                    .follow(candidates, self.resolution_hz, self.weigher.doubt());
+                self.weigh_votes();
+                Stage::Hear(0)
+            }
+            Stage::Hear(k) => self.hear(k),
+            Stage::Settle => {
+                if let Some(belief) = &mut self.belief {
+                    belief.settle();
+                }
+                Stage::Forced(0)
+            }
+            Stage::Forced(k) => self.blame_rotation(k),
+            Stage::Steady(k) => self.watch_steadiness(k),
+            Stage::Judge => {
+                self.judge();
+                Stage::Wait
+            }
+        }
+    }
+
+    fn note_level(&mut self) {
+        let level = self.frame.total;
+        self.loudest = (self.loudest * T::from_f64(LOUDEST)).max(level);
+        if self.smooth == T::ZERO {
+            self.smooth = level;
+            self.quietest = level;
+        }
+        self.smooth += T::from_f64(HOP_S / LEVEL_S) * (level - self.smooth);
+        self.quietest = self.quietest.min(self.smooth);
+    }
+
+    /// How much each line's word for the speed weighs: a line of the background has none, and
+    /// a suspect, its sidebands and its double have none.
+    fn weigh_votes(&mut self) {
+        let Some(belief) = &mut self.belief else {
+            return;
+        };
+        let (turn, teeth) = (belief.turn_hz(), belief.teeth());
+        let two = T::from_f64(2.0);
+        let candidates = self.lines.candidates().len();
+        let mut sum = T::ZERO;
+        for (k, (line, weight)) in self.lines.all().iter().zip(&mut self.weights).enumerate() {
+            let mut suspect = T::ZERO;
+            for track in self.tracks.suspects() {
+                let sideband = ((line.f_hz - track.f_hz) / turn).round();
+                let beside = (line.f_hz - track.f_hz - sideband * turn).abs() < self.resolution_hz;
+                let double = (line.f_hz - two * track.f_hz).abs() < two * self.resolution_hz;
+                if (beside && sideband.abs() <= two * teeth) || double {
+                    suspect = suspect.max(track.suspect);
+                }
+            }
+            let over = self.frame.over_idle_db(line.bin, line.power);
+            let heard = over.map_or(T::from_f64(0.5), |db| {
+                sigmoid((db - T::from_f64(VOTES.0)) / T::from_f64(VOTES.1))
+            });
+            let counts = line.visible || k >= candidates;
+            *weight = if counts {
+                heard * (T::ONE - suspect) * belief.weight(line.f_hz)
+            } else {
+                T::ZERO
+            };
+            sum += *weight;
+        }
+        // A window in which next to nothing tells of the speed changes nothing.
+        if sum < T::from_f64(0.05) {
+            self.weights = [T::ZERO; LINES];
+        } else {
+            belief.forget(sum);
+        }
+    }
+
+    fn hear(&mut self, k: usize) -> Stage {
+        let (Some(belief), Some(line)) = (&mut self.belief, self.lines.all().get(k)) else {
+            return Stage::Settle;
+        };
+        let weight = self.weights[k.min(LINES - 1)];
+        if weight > T::from_f64(1e-3) {
+            let mut sum = T::ZERO;
+            for weight in &self.weights[..self.lines.all().len()] {
+                sum += *weight;
+            }
+            belief.hear(line.f_hz, weight, sum);
+        }
+        Stage::Hear(k + 1)
+    }
+
+    fn blame_rotation(&mut self, k: usize) -> Stage {
+        let Some(line) = self.lines.candidates().get(k) else {
+            return self.begin_steadiness(0);
+        };
+        let (forced, odds) = match &mut self.belief {
+            Some(belief) => {
+                let track = self.tracks.of(k);
+                let weight = self.weights[k.min(LINES - 1)];
+                let odds = track.forced(belief.forced(line.f_hz, weight, track.age_s));
+                (sigmoid(odds), odds)
+            }
+            None => (T::ZERO, T::ZERO),
+        };
+        let k = k.min(CANDIDATES - 1);
+        self.forced[k] = forced;
+        self.odds[k] = odds;
+        Stage::Forced(k + 1)
+    }
+
+    fn begin_steadiness(&mut self, k: usize) -> Stage {
+        match self.lines.candidates().get(k) {
+            Some(line) => {
+                self.steadiness.begin(self.angle * line.f_hz);
+                Stage::Steady(k)
+            }
+            None => Stage::Judge,
+        }
+    }
+
+    fn watch_steadiness(&mut self, k: usize) -> Stage {
+        if !self.steadiness.work(&self.frame) {
+            return Stage::Steady(k);
+        }
+        self.fluctuation[k.min(CANDIDATES - 1)] =
+            (self.steadiness.value() + T::from_f64(0.01)).ln();
+        self.begin_steadiness(k + 1)
+    }
+}

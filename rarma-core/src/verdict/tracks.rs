@@ -1,0 +1,137 @@
+//! A line followed from window to window: what made it does not change from one to the next.
+
+use super::belief::sigmoid;
+use super::frame::HOP_S;
+use super::lines::{CANDIDATES, Line};
+use crate::real::Real;
+
+const TRACKS: usize = 3 * CANDIDATES;
+/// A line is the one of the window before if it is this near, in units of the resolution.
+const SAME: f64 = 1.2;
+/// A line that is missing in more windows than this is forgotten.
+const MISSING: u8 = 3;
+/// The log-odds of being forced are averaged over this time, s.
+const MEMORY_S: f64 = 1.0;
+/// Gain of the features that tell a suspect, a window.
+const SUSPECT_GAIN: f64 = 0.25;
+/// A suspect is one that holds half of the rest, is free, and stands 15 dB over idle; these
+/// are the log-odds and decibels at which each is as likely as not.
+const SUSPECT: [f64; 3] = [-0.5, 1.0, 1.5];
+const FREE_WEIGHT: f64 = 0.8;
+
+/// One line over time.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Track<T> {
+    pub(super) f_hz: T,
+    pub(super) age_s: T,
+    missing: u8,
+    seen: bool,
+    in_use: bool,
+    windows: T,
+    forced: T,
+    features: Option<[T; 3]>,
+    /// Chance that it is chatter, for the speed's sake: a suspect does not tell it.
+    pub(super) suspect: T,
+    /// Sum of the evidence.
+    pub(super) evidence: T,
+}
+
+impl<T: Real> Track<T> {
+    /// The log-odds that the rotation makes it, averaged.
+    pub(super) fn forced(&mut self, odds: T) -> T {
+        self.windows += T::ONE;
+        let gain = (T::ONE / self.windows).max(T::from_f64(HOP_S / MEMORY_S));
+        self.forced += gain * (odds - self.forced);
+        self.forced
+    }
+
+    /// Features of this window: log-odds of its part of the rest, of being free, and level
+    /// over idle in units of 10 dB.
+    pub(super) fn suspect(&mut self, now: [T; 3]) {
+        let gain = T::from_f64(SUSPECT_GAIN);
+        let mut features = self.features.unwrap_or(now);
+        for (feature, now) in features.iter_mut().zip(now) {
+            *feature += gain * (now - *feature);
+        }
+        self.features = Some(features);
+        let over = |i: usize| features[i] - T::from_f64(SUSPECT[i]);
+        self.suspect = sigmoid(over(0) + T::from_f64(FREE_WEIGHT) * over(1) + over(2));
+    }
+}
+
+/// All lines that are followed.
+#[derive(Debug, Clone)]
+pub(super) struct Tracks<T> {
+    tracks: [Track<T>; TRACKS],
+    /// The track of each candidate.
+    of: [usize; CANDIDATES],
+}
+
+impl<T: Real> Tracks<T> {
+    pub(super) fn new() -> Self {
+        Self {
+            tracks: [Track::default(); TRACKS],
+            of: [0; CANDIDATES],
+        }
+    }
+
+    /// Finds the track of each candidate, or begins one; forgets those that have gone.
+    pub(super) fn follow(&mut self, candidates: &[Line<T>], resolution_hz: T, doubt: T) {
+        for track in &mut self.tracks {
+            track.seen = false;
+        }
+        let reach = resolution_hz * T::from_f64(SAME);
+        for (line, of) in candidates.iter().zip(&mut self.of) {
+            let mut best: Option<(usize, T)> = None;
+            for (k, track) in self.tracks.iter().enumerate() {
+                let apart = (track.f_hz - line.f_hz).abs();
+                let free = track.in_use && !track.seen && apart < reach;
+                if free && best.is_none_or(|(_, nearest)| apart < nearest) {
+                    best = Some((k, apart));
+                }
+            }
+            let k = match best {
+                Some((k, _)) => k,
+                None => {
+                    // There are three times as many as can be seen at once.
+                    let unused = self.tracks.iter().position(|track| !track.in_use);
+                    let k = unused
+                        .or_else(|| self.tracks.iter().position(|track| !track.seen))
+                        .unwrap_or(0);
+                    self.tracks[k] = Track {
+                        in_use: true,
+                        evidence: doubt,
+                        ..Track::default()
+                    };
+                    k
+                }
+            };
+            let track = &mut self.tracks[k];
+            track.seen = true;
+            track.missing = 0;
+            track.f_hz = line.f_hz;
+            track.age_s += T::from_f64(HOP_S);
+            *of = k;
+        }
+        for track in self.tracks.iter_mut().filter(|track| !track.seen) {
+            track.missing = track.missing.saturating_add(1);
+            if track.missing > MISSING {
+                track.in_use = false;
+            }
+        }
+    }
+
+    /// The track of a candidate.
+    pub(super) fn of(&mut self, candidate: usize) -> &mut Track<T> {
+        let k = self.of[candidate.min(CANDIDATES - 1)];
+        &mut self.tracks[k.min(TRACKS - 1)]
+    }
+
+    /// Those that are suspected of being chatter.
+    pub(super) fn suspects(&self) -> impl Iterator<Item = &Track<T>> {
+        let half = T::from_f64(0.5);
+        self.tracks
+            .iter()
+            .filter(move |track| track.in_use && track.suspect > half)
+    }
+}
