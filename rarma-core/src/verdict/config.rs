@@ -34,7 +34,7 @@ macro_rules! numbers {
             pub fn set(&mut self, name: &str, value: f64) -> Result<(), VerdictError> {
                 match name {
                     $(stringify!($name) => {
-                        if !(value >= $least && value <= $most) {
+                        if !($least..=$most).contains(&value) {
                             return Err(VerdictError::Range { name: stringify!($name), least: $least, most: $most });
                         }
                         self.$name = value;
