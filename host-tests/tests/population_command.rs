@@ -47,7 +47,7 @@ fn every_cut_is_judged_in_every_way_and_twice_alike() {
     assert_eq!(lines.len(), count + 1);
     for (line, seed) in lines.iter().zip(SEEDS) {
         assert_eq!(line["seed"], seed);
-        assert_eq!(line["results"].as_array().expect("results").len(), 3 * 3);
+        assert_eq!(line["results"].as_array().expect("results").len(), 3 * 4);
         let quiet = number(&line["quiet_s"]);
         assert!((0.0..=number(&line["length_s"])).contains(&quiet));
     }
@@ -55,7 +55,7 @@ fn every_cut_is_judged_in_every_way_and_twice_alike() {
     assert_eq!(summary["cuts"], count);
     let curve = summary["curve"].as_array().expect("a curve");
     for told in ["exact", "not told", "live"] {
-        for detector in ["monitor", "plain", "bare damping"] {
+        for detector in ["monitor", "verdict", "plain", "bare damping"] {
             let points = curve
                 .iter()
                 .filter(|p| p["told"] == told && p["detector"] == detector);
@@ -114,6 +114,11 @@ fn what_cannot_be_meant_is_wrong_usage() {
         "--seeds 0:99999999",
         "--told 2",
         "--detectors ear",
+        "--set nonsense=1",
+        "--set call",
+        "--set call=loud",
+        "--set call=NaN",
+        "--set memory_s=0",
     ] {
         let ended = rarma!().run(["population"].into_iter().chain(options.split_whitespace()));
         assert_eq!(ended.code, Some(2), "{options}: {}", ended.stderr);
