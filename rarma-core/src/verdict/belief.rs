@@ -9,11 +9,13 @@ use super::frame::HOP_S;
 use crate::real::Real;
 
 /// Speeds: the told one times e^u, u in steps over ±[`SPAN`].
-const STEP: f64 = 0.0005;
-const SPAN: f64 = 0.1;
-pub(super) const SPEEDS: usize = 401;
+const STEP: f64 = 0.001;
+const SPAN: f64 = 0.25;
+pub(super) const SPEEDS: usize = 501;
 /// A told speed is never less likely than this, natural logarithm: it may be quite wrong.
 const LEAST_PRIOR: f64 = -30.0;
+/// The same once the comb has left its place: the control has changed the speed.
+const LEAST_MOVED: f64 = -3.0;
 /// What the lines say is forgotten in this time, s.
 const MEMORY_S: f64 = 0.5;
 /// Windows that count as independent within that time.
@@ -55,6 +57,8 @@ pub(super) struct Belief<T> {
     on_teeth: T,
     rare_multiple: T,
     alone: T,
+    /// Least of the prior, natural logarithm.
+    least: T,
     /// Logarithm of the largest probability, sum of all, mean and deviation of u.
     largest: T,
     sum: T,
@@ -83,21 +87,35 @@ impl<T: Real> Belief<T> {
             on_teeth: T::from_f64(config.on_teeth),
             rare_multiple: T::from_f64(config.rare_multiple),
             alone: T::from_f64(config.alone),
+            least: T::from_f64(LEAST_PRIOR),
             largest: T::ZERO,
             sum: T::ONE,
             mean: T::ZERO,
             sd: T::from_f64(config.told_sd),
         };
-        for i in 0..SPEEDS {
-            belief.prior_sum += belief.prior(i).exp();
-        }
+        belief.weigh_prior(LEAST_PRIOR);
         belief.settle();
         belief
+    }
+
+    fn weigh_prior(&mut self, least: f64) {
+        self.least = T::from_f64(least);
+        self.prior_sum = T::ZERO;
+        for i in 0..SPEEDS {
+            self.prior_sum += self.prior(i).exp();
+        }
     }
 
     /// Told anew: what was heard belongs to the new speed, for the rotation goes with it.
     pub(super) fn tell(&mut self, told_hz: T) {
         self.told_hz = told_hz;
+        self.weigh_prior(LEAST_PRIOR);
+    }
+
+    /// The comb has left its place: the told speed is that of before.
+    pub(super) fn moved(&mut self) {
+        self.heard = [T::ZERO; SPEEDS];
+        self.weigh_prior(LEAST_MOVED);
     }
 
     fn u(i: usize) -> T {
@@ -106,7 +124,7 @@ impl<T: Real> Belief<T> {
 
     fn prior(&self, i: usize) -> T {
         let u = Self::u(i);
-        (self.prior_gain * u * u).max(T::from_f64(LEAST_PRIOR))
+        (self.prior_gain * u * u).max(self.least)
     }
 
     /// The believed speed, Hz.

@@ -59,7 +59,7 @@ macro_rules! numbers {
 
 numbers! {
     /// Evidence from which on chatter is called.
-    call: 0.0, -3.0..=3.0;
+    call: -1.0, -3.0..=3.0;
     /// Evidence, below the call, under which an alarm ends.
     hysteresis: 2.1, 0.1..=5.0;
     /// Time in which evidence of 1 moves the sum by 1, s.
@@ -96,7 +96,7 @@ numbers! {
     /// other line tells of a rotation.
     alone: 0.3, 0.01..=1.0;
     /// Lines this near, as a part of the frequency, are one vibration.
-    breadth: 0.025, 0.001..=0.1;
+    breadth: 0.05, 0.001..=0.1;
 }
 
 /// Why a verdict cannot be made.

@@ -1,15 +1,22 @@
 //! The judgement of one window: what each candidate's features say, and which suspect is
 //! the strongest.
 
+use super::comb::Powers;
 use super::evidence::Sight;
 use super::lines::Line;
 use super::{Judgement, Verdict};
 use crate::real::Real;
 
-/// Lines of the same family agree this closely, in units of the resolution.
+/// Sidebands of one line agree this closely, in units of the resolution, and as a part of what
+/// is one vibration.
 const SAME: f64 = 1.2;
+const SIDEBANDS: f64 = 0.4;
 /// Sidebands are told from each other from this spacing on, in units of the resolution.
 const TOLD_APART: f64 = 8.0;
+/// Multiples are told apart from this spacing on, in units of the resolution; so many are
+/// looked at.
+const APART: f64 = 6.0;
+const MULTIPLES: u32 = 40;
 /// The rotation never explains more than all but this part of the power.
 const LEAST_REST: f64 = 0.03;
 /// Parts are held within this.
@@ -29,7 +36,8 @@ impl<T: Real> Verdict<T> {
 
     /// Power of a candidate's family that the rotation does not explain.
     fn family(&self, line: &Line<T>, spacing_hz: Option<T>) -> T {
-        let same = self.resolution_hz * T::from_f64(SAME);
+        let same = (self.resolution_hz * T::from_f64(SAME))
+            .max(self.breadth * T::from_f64(SIDEBANDS) * line.f_hz);
         let off = |f: T, spacing: T| {
             let q = f / spacing;
             (q - q.round()).abs() * spacing
@@ -47,6 +55,45 @@ impl<T: Real> Verdict<T> {
         sum
     }
 
+    /// Power at the multiples of the believed speed, where they can be told apart.
+    fn at_multiples(&self) -> Option<T> {
+        let belief = self.belief.as_ref()?;
+        let apart = self.resolution_hz * T::from_f64(APART);
+        let turn = belief.turn_hz();
+        let tooth = turn * belief.teeth();
+        let spacing = [turn, tooth].into_iter().find(|spacing| *spacing > apart)?;
+        let mut sum = T::ZERO;
+        for k in 1..=MULTIPLES {
+            let bin = (T::from_u32(k) * spacing / self.frame.bin_hz)
+                .round()
+                .to_f32() as usize;
+            sum += self.frame.line_power(bin);
+        }
+        Some(sum)
+    }
+
+    /// Whether the speed is looked for anew.
+    fn follow_speed(&mut self, explained: T) -> bool {
+        let powers = Powers {
+            explained,
+            at_multiples: self.at_multiples(),
+            total: self.frame.total,
+        };
+        let Some(belief) = &mut self.belief else {
+            return false;
+        };
+        let was_settling = self.comb.is_settling();
+        if self.comb.leaves(&powers) {
+            belief.moved();
+        }
+        let is_settling = self.comb.is_settling();
+        if is_settling != was_settling {
+            // What was believed of each line rests on the old speed.
+            self.tracks.forget_origin();
+        }
+        is_settling
+    }
+
     pub(super) fn judge(&mut self) {
         let of = T::from_f64;
         let total = self.frame.total;
@@ -54,6 +101,7 @@ impl<T: Real> Verdict<T> {
         for (line, forced) in self.lines.candidates().iter().zip(self.forced) {
             explained += line.power * forced;
         }
+        let is_settling = self.follow_speed(explained);
         let rest = (total - explained).max(of(LEAST_REST) * total);
         let lg = |x: T| (x + of(1e-30)).ln() * of(core::f64::consts::LOG10_E);
         let level = lg(total / self.loudest).clamp(of(-2.0), T::ZERO);
@@ -81,7 +129,10 @@ impl<T: Real> Verdict<T> {
                 level,
                 range,
             };
-            let evidence = self.weigher.weigh(&sight);
+            let mut evidence = self.weigher.weigh(&sight);
+            if is_settling {
+                evidence = evidence.min(T::ZERO);
+            }
             let over = over_idle_db.unwrap_or(of(10.0)).clamp(T::ZERO, of(30.0)) / of(10.0);
             let free_odds = free.unwrap_or(T::ZERO).clamp(of(-5.0), of(5.0));
             let track = self.tracks.of(k);

@@ -17,6 +17,7 @@
 
 mod belief;
 mod caller;
+mod comb;
 mod config;
 mod evidence;
 mod frame;
@@ -32,6 +33,7 @@ pub use config::{VerdictConfig, VerdictError};
 
 use crate::real::Real;
 use belief::{Belief, sigmoid};
+use comb::Comb;
 use evidence::Weigher;
 pub use frame::HOP_S;
 use frame::{Frame, SEGMENTS};
@@ -120,6 +122,7 @@ pub struct Verdict<T> {
     loudest: T,
     smooth: T,
     quietest: T,
+    comb: Comb<T>,
     caller: Caller<T>,
     last: Judgement<T>,
 }
@@ -182,6 +185,7 @@ impl<T: Real> Verdict<T> {
             loudest: T::ZERO,
             smooth: T::ZERO,
             quietest: T::ZERO,
+            comb: Comb::new(),
             caller: Caller::new(config),
             last: Judgement::default(),
         })
@@ -298,6 +302,10 @@ impl<T: Real> Verdict<T> {
                 if (beside && sideband.abs() <= two * teeth) || double {
                     suspect = suspect.max(track.suspect);
                 }
+            }
+            if self.comb.is_settling() {
+                // Every line of the new comb is a suspect at first.
+                suspect = T::ZERO;
             }
             let over = self.frame.over_idle_db(line.bin, line.power);
             let heard = over.map_or(T::from_f64(0.5), |db| {

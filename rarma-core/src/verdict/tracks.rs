@@ -127,6 +127,15 @@ impl<T: Real> Tracks<T> {
         &mut self.tracks[k.min(TRACKS - 1)]
     }
 
+    /// What made the lines is asked anew; their evidence stays.
+    pub(super) fn forget_origin(&mut self) {
+        for track in &mut self.tracks {
+            track.windows = T::ZERO;
+            track.suspect = T::ZERO;
+            track.features = None;
+        }
+    }
+
     /// Those that are suspected of being chatter.
     pub(super) fn suspects(&self) -> impl Iterator<Item = &Track<T>> {
         let half = T::from_f64(0.5);
