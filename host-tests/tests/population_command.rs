@@ -65,6 +65,41 @@ fn every_cut_is_judged_in_every_way_and_twice_alike() {
 }
 
 #[test]
+fn every_number_of_the_verdict_is_heeded() {
+    let ended = population("--detectors verdict --told 1 --sensitivity --json", None);
+    let summary = ended.json_lines().pop().expect("a summary")["summary"].take();
+    let rows = summary["sensitivity"].as_array().expect("rows").clone();
+    let figures = |row: &Value| {
+        let mut row = row.clone();
+        for what in ["name", "value", "told", "detector", "threshold"] {
+            row.as_object_mut().expect("a row").remove(what);
+        }
+        row
+    };
+    let usual = figures(&summary["curve"][0]);
+    let mut names: Vec<&str> = rows.iter().filter_map(|r| r["name"].as_str()).collect();
+    names.dedup();
+    assert_eq!(names, rarma_core::verdict::VerdictConfig::NAMES);
+    // In six cuts some numbers make no difference, but most do, and each is one of its own.
+    let heeded = names.iter().filter(|name| {
+        let of_it = rows.iter().filter(|row| row["name"] == **name);
+        of_it.clone().any(|row| figures(row) != usual)
+    });
+    assert!(heeded.count() * 4 >= names.len() * 3, "{rows:?}");
+    // The same by `--set`.
+    let set = population(
+        "--detectors verdict --told 1 --set memory_s=0.18 --json",
+        None,
+    );
+    let set = set.json_lines().pop().expect("a summary")["summary"].take();
+    let row = rows
+        .iter()
+        .find(|row| row["name"] == "memory_s" && row["value"] == 0.18)
+        .expect("half");
+    assert_eq!(figures(&set["curve"][0]), figures(row));
+}
+
+#[test]
 fn recordings_have_what_is_true_beside_them() {
     let folder = Folder::default();
     let ended = population("--detectors none --json", Some(folder.path()));

@@ -162,6 +162,10 @@ pub struct PopulationArgs {
     /// Another value for a number of the verdict; may be repeated.
     #[arg(long, value_name = "NAME=VALUE", value_parser = number)]
     pub set: Vec<(String, f64)>,
+    /// Half and double of every number of the verdict, each alone, with the first way the
+    /// speed is told.
+    #[arg(long)]
+    pub sensitivity: bool,
     /// The monitor at several damping thresholds, not at its usual one only.
     #[arg(long)]
     pub curve: bool,

@@ -7,6 +7,7 @@ use crate::output;
 use crate::population::detectors::ALL;
 use crate::population::page::{HEAD, cells, page};
 use crate::population::records::{cut_record, summary};
+use crate::population::sensitivity::{self, variants};
 use crate::population::{Asked, Judged, Tally, judged, labels};
 use rayon::prelude::*;
 use serde_json::json;
@@ -16,11 +17,17 @@ const BATCH: u64 = 32;
 
 pub(super) fn main(args: &PopulationArgs) -> Result<u8, Failure> {
     let (from, to) = args.seeds;
+    let numbers = args.numbers()?;
     let asked = Asked {
         tellings: args.told.clone(),
         detectors: args.detectors.0.clone(),
         curve: args.curve,
-        numbers: args.numbers()?,
+        variants: if args.sensitivity {
+            variants(&numbers)
+        } else {
+            Vec::new()
+        },
+        numbers,
     };
     if let Some(folder) = &args.out {
         output::folder(folder)?;
@@ -60,23 +67,32 @@ pub(super) fn main(args: &PopulationArgs) -> Result<u8, Failure> {
         output::write_all(dir, [("index.html".to_owned(), page.into_bytes())])?;
     }
     if args.json {
-        say!("{}", json!({ "summary": summary(args.seeds, &tally) }));
+        say!(
+            "{}",
+            json!({ "summary": summary(args.seeds, &asked, &tally) })
+        );
     } else {
-        words(&tally);
+        words(&asked, &tally);
     }
     Ok(0)
 }
 
-fn words(tally: &Tally) {
+fn words(asked: &Asked, tally: &Tally) {
     say!(
         "{} cuts; in {} chatter can be heard; {} are undecidable and in no figure below",
         tally.cuts,
         tally.chatters,
         tally.undecidable
     );
-    if tally.sums.is_empty() {
-        return;
+    if !tally.sums.is_empty() {
+        detectors(tally);
     }
+    if !asked.variants.is_empty() {
+        sensitivities(asked, tally);
+    }
+}
+
+fn detectors(tally: &Tally) {
     say!("| speed | detector | threshold | {} |", HEAD.join(" | "));
     say!("|---|---|---|{}", "---:|".repeat(HEAD.len()));
     for ((told, detector, k), sum) in &tally.sums {
@@ -87,5 +103,15 @@ fn words(tally: &Tally) {
             ALL[*detector].thresholds()[*k],
             cells(sum).join(" | ")
         );
+    }
+}
+
+fn sensitivities(asked: &Asked, tally: &Tally) {
+    say!("");
+    say!("| number | usual | here | {} |", HEAD.join(" | "));
+    say!("|---|---:|---:|{}", "---:|".repeat(HEAD.len()));
+    for (variant, sum) in asked.variants.iter().zip(&tally.variants) {
+        let row = sensitivity::cells(variant, &asked.numbers, sum);
+        say!("| {} |", row.join(" | "));
     }
 }

@@ -8,6 +8,7 @@ pub mod labels;
 pub mod page;
 pub mod records;
 pub mod score;
+pub mod sensitivity;
 pub mod tally;
 pub mod told;
 
@@ -17,6 +18,7 @@ use hal_sim::population::Cut;
 use hal_sim::population::heard::Heard;
 use rarma_core::verdict::VerdictConfig;
 use score::{Score, judge};
+use sensitivity::Variant;
 use std::time::Instant;
 pub use tally::Tally;
 pub use told::Told;
@@ -45,6 +47,8 @@ pub struct Judged {
     pub heard: Heard,
     /// All questions.
     pub answers: Vec<Answer>,
+    /// What the variants of the verdict made of it, where they were asked.
+    pub variants: Vec<Score>,
     /// Time it took to draw, to play and to judge, s.
     pub took_s: [f64; 3],
 }
@@ -60,6 +64,8 @@ pub struct Asked {
     pub curve: bool,
     /// Numbers of the verdict.
     pub numbers: VerdictConfig,
+    /// Other numbers that are tried beside them, with the first telling.
+    pub variants: Vec<Variant>,
 }
 
 /// Draws, plays and judges the cut of one seed.
@@ -100,6 +106,16 @@ pub fn judged(seed: u64, asked: &Asked) -> Result<Judged, Failure> {
             last = Some(said);
         }
     }
+    let mut variants = Vec::new();
+    if let Some(told) = asked
+        .tellings
+        .first()
+        .filter(|_| !asked.variants.is_empty())
+    {
+        let aliased = cut.sensor.folds > 1;
+        let recording = Recording::new(&heard, told.speed(&cut), cut.teeth(), aliased);
+        variants = sensitivity::scores(&cut, &heard, &recording, &asked.variants)?;
+    }
     let took_s = [
         drawn_s,
         played_s - drawn_s,
@@ -109,6 +125,7 @@ pub fn judged(seed: u64, asked: &Asked) -> Result<Judged, Failure> {
         cut,
         heard,
         answers,
+        variants,
         took_s,
     })
 }

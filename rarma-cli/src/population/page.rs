@@ -2,6 +2,7 @@
 
 use super::detectors::ALL;
 use super::score::Sum;
+use super::sensitivity;
 use super::{Asked, Tally, Told};
 use crate::report::chart::{Chart, Mark, Scale, Series, sheet, table};
 
@@ -73,6 +74,17 @@ pub fn page(seeds: (u64, u64), asked: &Asked, tally: &Tally) -> String {
         .collect();
     body.push_str("<h2>By what is in the cut, at the usual threshold</h2>\n");
     body.push_str(&table(&head, &rows));
+    if !asked.variants.is_empty() {
+        head.splice(..3, ["number", "usual", "here"]);
+        let rows: Vec<Vec<String>> = asked
+            .variants
+            .iter()
+            .zip(&tally.variants)
+            .map(|(variant, sum)| sensitivity::cells(variant, &asked.numbers, sum))
+            .collect();
+        body.push_str("<h2>Half and double of each number of the verdict</h2>\n");
+        body.push_str(&table(&head, &rows));
+    }
     let headline = format!(
         "{} cuts (seeds {} to {}), {} undecidable",
         tally.cuts,

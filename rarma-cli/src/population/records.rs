@@ -2,7 +2,7 @@
 
 use super::detectors::ALL;
 use super::score::Sum;
-use super::{Answer, Judged, Tally, Told};
+use super::{Answer, Asked, Judged, Tally, Told};
 use serde_json::{Value, json};
 
 fn round(x: Option<f64>, digits: i32) -> Value {
@@ -52,7 +52,7 @@ fn figures(sum: &Sum) -> Value {
 }
 
 /// The whole run.
-pub fn summary(seeds: (u64, u64), tally: &Tally) -> Value {
+pub fn summary(seeds: (u64, u64), asked: &Asked, tally: &Tally) -> Value {
     let row = |told: Told, detector: usize, what: (&str, Value), sum: &Sum| {
         let mut row = figures(sum);
         row["told"] = json!(told.name());
@@ -77,8 +77,18 @@ pub fn summary(seeds: (u64, u64), tally: &Tally) -> Value {
         .iter()
         .map(|((told, detector, kind), sum)| row(*told, *detector, ("kind", json!(kind)), sum))
         .collect();
+    let variants = asked.variants.iter().zip(&tally.variants);
+    let sensitivity: Vec<Value> = variants
+        .map(|(variant, sum)| {
+            let mut row = figures(sum);
+            row["name"] = json!(variant.name);
+            row["value"] = json!(variant.value);
+            row
+        })
+        .collect();
     json!({
         "seeds": [seeds.0, seeds.1], "cuts": tally.cuts,
         "chatters": tally.chatters, "undecidable": tally.undecidable, "curve": curve, "kinds": kinds,
+        "sensitivity": sensitivity,
     })
 }

@@ -20,6 +20,8 @@ pub struct Tally {
     pub sums: BTreeMap<Question, Sum>,
     /// At the usual threshold, by telling, detector and kind of cut.
     pub kinds: BTreeMap<(Told, usize, &'static str), Sum>,
+    /// By variant of the verdict.
+    pub variants: Vec<Sum>,
 }
 
 impl Tally {
@@ -34,6 +36,13 @@ impl Tally {
         } else {
             judged.cut.kinds()
         };
+        if !undecidable {
+            self.variants
+                .resize_with(judged.variants.len(), Sum::default);
+            for (sum, score) in self.variants.iter_mut().zip(&judged.variants) {
+                sum.add(score);
+            }
+        }
         for answer in &judged.answers {
             let (told, detector, threshold) = answer.question;
             if !undecidable {

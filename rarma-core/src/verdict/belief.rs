@@ -4,6 +4,7 @@
 //! Rate: per window, a line or some speeds a slice. Words: *comb*, the multiples of the
 //! turn's frequency or of the teeth's.
 
+use super::Listening;
 use super::config::VerdictConfig;
 use super::frame::HOP_S;
 use crate::real::Real;
@@ -53,6 +54,8 @@ pub(super) struct Belief<T> {
     folding_hz: Option<T>,
     sd_hz: T,
     prior_gain: T,
+    /// Sum of the prior: of a told speed, of one that has moved; and that in use.
+    prior_sums: (T, T),
     prior_sum: T,
     on_teeth: T,
     rare_multiple: T,
@@ -67,55 +70,75 @@ pub(super) struct Belief<T> {
 }
 
 impl<T: Real> Belief<T> {
-    pub(super) fn new(
+    /// Zeros, until [`Self::restart`].
+    pub(super) const BLANK: Self = Self {
+        heard: [T::ZERO; SPEEDS],
+        chance: [T::ZERO; SPEEDS],
+        mixed: [T::ZERO; SPEEDS],
+        told_hz: T::ZERO,
+        teeth: T::ZERO,
+        folding_hz: None,
+        sd_hz: T::ZERO,
+        prior_gain: T::ZERO,
+        prior_sums: (T::ZERO, T::ZERO),
+        prior_sum: T::ZERO,
+        on_teeth: T::ZERO,
+        rare_multiple: T::ZERO,
+        alone: T::ZERO,
+        least: T::ZERO,
+        largest: T::ZERO,
+        sum: T::ZERO,
+        mean: T::ZERO,
+        sd: T::ZERO,
+    };
+
+    /// Forgets everything and takes a told speed, in place: it is 6 KB.
+    #[inline(never)]
+    pub(super) fn restart(
+        &mut self,
         config: &VerdictConfig,
         told_hz: f64,
-        teeth: u32,
-        folding_hz: Option<f64>,
+        listening: &Listening,
         resolution_hz: T,
-    ) -> Self {
-        let mut belief = Self {
-            heard: [T::ZERO; SPEEDS],
-            chance: [T::ZERO; SPEEDS],
-            mixed: [T::ZERO; SPEEDS],
-            told_hz: T::from_f64(told_hz),
-            teeth: T::from_u32(teeth),
-            folding_hz: folding_hz.map(T::from_f64),
-            sd_hz: resolution_hz * T::from_f64(LINE_SD),
-            prior_gain: T::from_f64(-0.5 / (config.told_sd * config.told_sd)),
-            prior_sum: T::ZERO,
-            on_teeth: T::from_f64(config.on_teeth),
-            rare_multiple: T::from_f64(config.rare_multiple),
-            alone: T::from_f64(config.alone),
-            least: T::from_f64(LEAST_PRIOR),
-            largest: T::ZERO,
-            sum: T::ONE,
-            mean: T::ZERO,
-            sd: T::from_f64(config.told_sd),
-        };
-        belief.weigh_prior(LEAST_PRIOR);
-        belief.settle();
-        belief
+    ) {
+        // The rest is set by the prior, and by what is heard.
+        self.heard.fill(T::ZERO);
+        self.told_hz = T::from_f64(told_hz);
+        self.teeth = T::from_u32(listening.teeth);
+        self.folding_hz = listening.folding_hz.map(T::from_f64);
+        self.sd_hz = resolution_hz * T::from_f64(LINE_SD);
+        self.prior_gain = T::from_f64(-0.5 / (config.told_sd * config.told_sd));
+        self.on_teeth = T::from_f64(config.on_teeth);
+        self.rare_multiple = T::from_f64(config.rare_multiple);
+        self.alone = T::from_f64(config.alone);
+        self.prior_sums.1 = self.weigh_prior(LEAST_MOVED);
+        self.prior_sums.0 = self.weigh_prior(LEAST_PRIOR);
+        self.prior_sum = self.prior_sums.0;
+        self.settle();
     }
 
-    fn weigh_prior(&mut self, least: f64) {
+    /// Takes a least prior; gives the sum of all.
+    fn weigh_prior(&mut self, least: f64) -> T {
         self.least = T::from_f64(least);
-        self.prior_sum = T::ZERO;
+        let mut sum = T::ZERO;
         for i in 0..SPEEDS {
-            self.prior_sum += self.prior(i).exp();
+            sum += self.prior(i).exp();
         }
+        sum
     }
 
     /// Told anew: what was heard belongs to the new speed, for the rotation goes with it.
     pub(super) fn tell(&mut self, told_hz: T) {
         self.told_hz = told_hz;
-        self.weigh_prior(LEAST_PRIOR);
+        self.least = T::from_f64(LEAST_PRIOR);
+        self.prior_sum = self.prior_sums.0;
     }
 
     /// The comb has left its place: the told speed is that of before.
     pub(super) fn moved(&mut self) {
-        self.heard = [T::ZERO; SPEEDS];
-        self.weigh_prior(LEAST_MOVED);
+        self.heard.fill(T::ZERO);
+        self.least = T::from_f64(LEAST_MOVED);
+        self.prior_sum = self.prior_sums.1;
     }
 
     fn u(i: usize) -> T {
@@ -225,7 +248,7 @@ impl<T: Real> Belief<T> {
 
     /// Density of a line at each speed, over that of a line anywhere.
     fn mix(&mut self, f_hz: T) {
-        self.mixed = [T::ZERO; SPEEDS];
+        self.mixed.fill(T::ZERO);
         let one = T::ONE;
         let teeth = self.teeth;
         let Some(rate) = self.folding_hz else {

@@ -19,6 +19,14 @@ pub struct Caller<T> {
 }
 
 impl<T: Real> Caller<T> {
+    /// One that is not made yet.
+    pub(super) const BLANK: Self = Self {
+        call: T::ZERO,
+        release: T::ZERO,
+        silent: 0,
+        stands: false,
+    };
+
     /// By the settings `call`, `hysteresis` and `doubt`.
     pub fn new(config: &VerdictConfig) -> Self {
         let release = (config.call - config.hysteresis).max(config.doubt + ABOVE_DOUBT);

@@ -44,6 +44,22 @@ macro_rules! numbers {
                 Ok(())
             }
 
+            /// A number by its name.
+            pub fn get(&self, name: &str) -> Option<f64> {
+                match name {
+                    $(stringify!($name) => Some(self.$name),)*
+                    _ => None,
+                }
+            }
+
+            /// Least and largest value of a number.
+            pub fn range(name: &str) -> Option<(f64, f64)> {
+                match name {
+                    $(stringify!($name) => Some(($least, $most)),)*
+                    _ => None,
+                }
+            }
+
             /// Checks every number.
             ///
             /// # Errors
@@ -97,6 +113,8 @@ numbers! {
     alone: 0.3, 0.01..=1.0;
     /// Lines this near, as a part of the frequency, are one vibration.
     breadth: 0.05, 0.001..=0.1;
+    /// A line that moves faster is bound to no structure, a part of its frequency a second.
+    glide: 0.05, 0.001..=10.0;
 }
 
 /// Why a verdict cannot be made.

@@ -56,6 +56,21 @@ fn penalty<T: Real>(x: T) -> T {
 }
 
 impl<T: Real> Weigher<T> {
+    /// One that is not made yet.
+    pub(super) const BLANK: Self = Self {
+        belief: T::ZERO,
+        free_weight: T::ZERO,
+        free_most: T::ZERO,
+        part_of_rest: T::ZERO,
+        part_of_all: T::ZERO,
+        over_idle: T::ZERO,
+        unheard_idle_db: T::ZERO,
+        fluctuation: T::ZERO,
+        level: T::ZERO,
+        gain: T::ZERO,
+        doubt: T::ZERO,
+    };
+
     pub(super) fn new(config: &VerdictConfig, period_s: f64) -> Self {
         let of = T::from_f64;
         Self {

@@ -77,7 +77,34 @@ pub(super) struct Frame<T> {
 }
 
 impl<T: Real> Frame<T> {
-    pub(super) fn new(fs_hz: f64) -> Self {
+    /// Zeros, until [`Self::restart`].
+    pub(super) const BLANK: Self = Self {
+        ring: [T::ZERO; FRAME],
+        next: 0,
+        from: 0,
+        fft: SlicedFft::BLANK,
+        smooth: [T::ZERO; HALF],
+        idle: [T::ZERO; HALF],
+        phase: Phase::Done,
+        turn: (T::ZERO, T::ZERO),
+        step: (T::ZERO, T::ZERO),
+        windows: 0,
+        settled: 0,
+        window: 0,
+        bins: (0, 0),
+        bin_hz: T::ZERO,
+        half: 0,
+        hop: 0,
+        gain: T::ZERO,
+        total: T::ZERO,
+        mean_ln: T::ZERO,
+        sum_ln: T::ZERO,
+        sum: T::ZERO,
+    };
+
+    /// Forgets everything, and takes samples of this rate, in place: it is 25 KB.
+    #[inline(never)]
+    pub(super) fn restart(&mut self, fs_hz: f64) {
         let hop = ((HOP_S * fs_hz) as usize).max(4);
         let wished = WINDOW_S * (WINDOW_AT_HZ * fs_hz).sqrt();
         // While a window is worked on, new samples come.
@@ -85,28 +112,47 @@ impl<T: Real> Frame<T> {
         let bin_hz = fs_hz / FRAME as f64;
         let (s, c) = T::from_f64(core::f64::consts::TAU / (window - 1) as f64).sin_cos();
         let bin = |part: f64| (part * fs_hz / bin_hz) as usize;
-        Self {
-            ring: [T::ZERO; FRAME],
-            next: 0,
-            from: 0,
-            fft: SlicedFft::default(),
-            smooth: [T::ZERO; HALF],
-            idle: [T::ZERO; HALF],
-            phase: Phase::Done,
-            turn: (T::ONE, T::ZERO),
-            step: (c, s),
-            windows: 0,
-            settled: (SETTLED_S / HOP_S) as u32,
-            window,
-            bins: (bin(BAND.0) + 1, bin(BAND.1)),
-            bin_hz: T::from_f64(bin_hz),
-            half: ((HALF_LINE * FRAME as f64 / window as f64).round() as usize).max(1),
-            hop,
-            gain: T::from_f64((HOP_S / SMOOTH_S).min(1.0)),
-            total: T::ZERO,
-            mean_ln: T::ZERO,
-            sum_ln: T::ZERO,
-            sum: T::ZERO,
+        // All of them by name, so that none is forgotten.
+        let Self {
+            ring,
+            next,
+            from,
+            fft,
+            smooth,
+            idle,
+            phase,
+            turn,
+            step,
+            windows,
+            settled,
+            window: samples,
+            bins,
+            bin_hz: bin_width,
+            half,
+            hop: between,
+            gain,
+            total,
+            mean_ln,
+            sum_ln,
+            sum,
+        } = self;
+        ring.fill(T::ZERO);
+        fft.restart();
+        smooth.fill(T::ZERO);
+        idle.fill(T::ZERO);
+        *phase = Phase::Done;
+        *turn = (T::ONE, T::ZERO);
+        *step = (c, s);
+        (*next, *from, *windows) = (0, 0, 0);
+        *settled = (SETTLED_S / HOP_S) as u32;
+        *samples = window;
+        *bins = (bin(BAND.0) + 1, bin(BAND.1));
+        *bin_width = T::from_f64(bin_hz);
+        *half = ((HALF_LINE * FRAME as f64 / window as f64).round() as usize).max(1);
+        *between = hop;
+        *gain = T::from_f64((HOP_S / SMOOTH_S).min(1.0));
+        for x in [total, mean_ln, sum_ln, sum] {
+            *x = T::ZERO;
         }
     }
 

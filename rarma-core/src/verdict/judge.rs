@@ -34,25 +34,35 @@ impl<T: Real> Verdict<T> {
         [turn, tooth].into_iter().find(|spacing| *spacing > apart)
     }
 
-    /// Power of a candidate's family that the rotation does not explain.
-    fn family(&self, line: &Line<T>, spacing_hz: Option<T>) -> T {
+    /// Two candidates are of one family: near each other, or sidebands.
+    fn are_family(&self, line: &Line<T>, other: &Line<T>, spacing_hz: Option<T>) -> bool {
         let same = (self.resolution_hz * T::from_f64(SAME))
             .max(self.breadth * T::from_f64(SIDEBANDS) * line.f_hz);
         let off = |f: T, spacing: T| {
             let q = f / spacing;
             (q - q.round()).abs() * spacing
         };
-        let mut sum = T::ZERO;
+        let near = (line.f_hz - other.f_hz).abs() < self.breadth * line.f_hz;
+        let sideband = spacing_hz.is_some_and(|spacing| {
+            (off(line.f_hz, spacing) - off(other.f_hz, spacing)).abs() < same
+        });
+        near || sideband || line.bin == other.bin
+    }
+
+    /// Power of a candidate's family that the rotation does not explain, and the frequency of
+    /// the strongest of it.
+    fn family(&self, line: &Line<T>, spacing_hz: Option<T>) -> (T, T) {
+        let (mut sum, mut strongest) = (T::ZERO, (T::ZERO, line.f_hz));
         for (other, forced) in self.lines.candidates().iter().zip(self.forced) {
-            let near = (line.f_hz - other.f_hz).abs() < self.breadth * line.f_hz;
-            let sideband = spacing_hz.is_some_and(|spacing| {
-                (off(line.f_hz, spacing) - off(other.f_hz, spacing)).abs() < same
-            });
-            if near || sideband || line.bin == other.bin {
-                sum += other.power * (T::ONE - forced);
+            if self.are_family(line, other, spacing_hz) {
+                let free = other.power * (T::ONE - forced);
+                sum += free;
+                if free > strongest.0 {
+                    strongest = (free, other.f_hz);
+                }
             }
         }
-        sum
+        (sum, strongest.1)
     }
 
     /// Power at the multiples of the believed speed, where they can be told apart.
@@ -112,7 +122,7 @@ impl<T: Real> Verdict<T> {
         for k in 0..self.lines.candidates().len() {
             let line = self.lines.candidates()[k];
             let free = self.belief.as_ref().map(|_| -self.odds[k]);
-            let family = self.family(&line, spacing_hz);
+            let (family, f_hz) = self.family(&line, spacing_hz);
             let own = line.power * (T::ONE - self.forced[k]) / (family + of(1e-30));
             let counts = (own * of(1.0 / OWN)).min(T::ONE);
             let part = |of_what: T| {
@@ -130,18 +140,18 @@ impl<T: Real> Verdict<T> {
                 range,
             };
             let mut evidence = self.weigher.weigh(&sight);
-            if is_settling {
+            let track = self.tracks.of(k);
+            if is_settling || track.slope.abs() > self.glide {
                 evidence = evidence.min(T::ZERO);
             }
             let over = over_idle_db.unwrap_or(of(10.0)).clamp(T::ZERO, of(30.0)) / of(10.0);
             let free_odds = free.unwrap_or(T::ZERO).clamp(of(-5.0), of(5.0));
-            let track = self.tracks.of(k);
             track.evidence = self.weigher.add(track.evidence, evidence);
             track.suspect([sight.part_of_rest, free_odds, over]);
             if best.is_none_or(|best| track.evidence > best.evidence) {
                 best = Some(Judgement {
                     evidence: track.evidence,
-                    f_hz: line.f_hz,
+                    f_hz,
                     chatter: false,
                     forced: free.map(|_| self.forced[k]),
                     part: family / total,
@@ -152,7 +162,7 @@ impl<T: Real> Verdict<T> {
         }
         let mut now = best.unwrap_or(Judgement {
             evidence: self.weigher.doubt(),
-            ..Judgement::default()
+            ..Judgement::NONE
         });
         now.spindle_hz = self
             .belief

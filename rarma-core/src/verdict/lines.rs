@@ -39,12 +39,10 @@ struct Strongest<T> {
 }
 
 impl<T: Real> Strongest<T> {
-    fn new() -> Self {
-        Self {
-            peaks: [(0, T::ZERO); PEAKS],
-            count: 0,
-        }
-    }
+    const BLANK: Self = Self {
+        peaks: [(0, T::ZERO); PEAKS],
+        count: 0,
+    };
 
     fn take(&mut self, bin: usize, power: T) {
         let full = self.count == PEAKS;
@@ -76,15 +74,19 @@ pub(super) struct Lines<T> {
 }
 
 impl<T: Real> Lines<T> {
-    pub(super) fn new() -> Self {
-        Self {
-            strongest: Strongest::new(),
-            first_turns: Strongest::new(),
-            lines: [Line::default(); LINES],
-            count: 0,
-            candidates: 0,
-        }
-    }
+    /// None.
+    pub(super) const BLANK: Self = Self {
+        strongest: Strongest::BLANK,
+        first_turns: Strongest::BLANK,
+        lines: [Line {
+            bin: 0,
+            f_hz: T::ZERO,
+            power: T::ZERO,
+            visible: false,
+        }; LINES],
+        count: 0,
+        candidates: 0,
+    };
 
     pub(super) fn all(&self) -> &[Line<T>] {
         &self.lines[..self.count.min(LINES)]

@@ -48,6 +48,9 @@ const SCANNED: usize = 16;
 /// A line votes for the speed in so far as it stands so many decibels over idle, and the
 /// width of the step; half where idle is not known.
 const VOTES: (f64, f64) = (6.0, 1.5);
+/// A line so many decibels below the strongest tells half as much of the speed, and the width
+/// of the step: where there is one strong line, peaks of the noise would tell all of it.
+const CLEAR: (f64, f64) = (45.0, 5.0);
 /// Smoothing of the quietest level, s, and forgetting of the loudest in a window.
 const LEVEL_S: f64 = 0.3;
 const LOUDEST: f64 = 0.999;
@@ -66,7 +69,7 @@ pub struct Listening {
 }
 
 /// What is believed of the strongest suspect after one window.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Judgement<T> {
     /// Sum of the evidence that it is self-excited.
     pub evidence: T,
@@ -82,6 +85,19 @@ pub struct Judgement<T> {
     pub over_idle_db: Option<T>,
     /// Turns a second as believed, and their standard deviation.
     pub spindle_hz: Option<(T, T)>,
+}
+
+impl<T: Real> Judgement<T> {
+    /// Of no window.
+    pub(crate) const NONE: Self = Self {
+        evidence: T::ZERO,
+        f_hz: T::ZERO,
+        chatter: false,
+        forced: None,
+        part: T::ZERO,
+        over_idle_db: None,
+        spindle_hz: None,
+    };
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -116,6 +132,7 @@ pub struct Verdict<T> {
     odds: [T; CANDIDATES],
     fluctuation: [T; CANDIDATES],
     breadth: T,
+    glide: T,
     resolution_hz: T,
     angle: T,
     /// Loudest level, smoothed one, its least: power.
@@ -133,6 +150,48 @@ impl<T: Real> Verdict<T> {
     /// # Errors
     /// The first setting that is out of range.
     pub fn new(config: &VerdictConfig, listening: &Listening) -> Result<Self, VerdictError> {
+        let mut verdict = Self::BLANK;
+        verdict.restart(config, listening)?;
+        Ok(verdict)
+    }
+
+    /// Zeros, until [`Self::restart`]: it takes no sample.
+    pub(crate) const BLANK: Self = Self {
+        frame: Frame::BLANK,
+        lines: Lines::BLANK,
+        tracks: Tracks::BLANK,
+        belief: None,
+        steadiness: Steadiness::BLANK,
+        weigher: Weigher::BLANK,
+        stage: Stage::Wait,
+        until: 0,
+        pace: 0,
+        weights: [T::ZERO; LINES],
+        forced: [T::ZERO; CANDIDATES],
+        odds: [T::ZERO; CANDIDATES],
+        fluctuation: [T::ZERO; CANDIDATES],
+        breadth: T::ZERO,
+        glide: T::ZERO,
+        resolution_hz: T::ZERO,
+        angle: T::ZERO,
+        loudest: T::ZERO,
+        smooth: T::ZERO,
+        quietest: T::ZERO,
+        comb: Comb::BLANK,
+        caller: Caller::BLANK,
+        last: Judgement::NONE,
+    };
+
+    /// Forgets everything and begins with these settings, in place: it is 34 KB.
+    ///
+    /// # Errors
+    /// The first setting that is out of range; nothing has changed then.
+    #[inline(never)]
+    pub fn restart(
+        &mut self,
+        config: &VerdictConfig,
+        listening: &Listening,
+    ) -> Result<(), VerdictError> {
         config.check()?;
         let within = |x: f64, least: f64, most: f64| x >= least && x <= most;
         let fs_hz = listening.fs_hz;
@@ -149,46 +208,72 @@ impl<T: Real> Verdict<T> {
         if !(1..=1000).contains(&listening.teeth) {
             return Err(VerdictError::Teeth);
         }
-        let frame = Frame::new(fs_hz);
-        let resolution_hz = frame.resolution_hz();
+        // All of them by name, so that none is forgotten.
+        let Self {
+            frame,
+            lines,
+            tracks,
+            belief,
+            steadiness,
+            weigher,
+            stage,
+            until,
+            pace,
+            weights,
+            forced,
+            odds,
+            fluctuation,
+            breadth,
+            glide,
+            resolution_hz,
+            angle,
+            loudest,
+            smooth,
+            quietest,
+            comb,
+            caller,
+            last,
+        } = self;
+        frame.restart(fs_hz);
+        *resolution_hz = frame.resolution_hz();
         let slices = Frame::<T>::slices()
             + (frame.bins.1 - frame.bins.0) / SCANNED
             + LINES
             + CANDIDATES * (SEGMENTS + 2)
             + 4;
-        let belief = listening.spindle_hz.map(|hz| {
-            Belief::new(
-                config,
-                hz,
-                listening.teeth,
-                listening.folding_hz,
-                resolution_hz,
-            )
-        });
-        Ok(Self {
-            until: frame.window,
-            pace: (slices as f64 / (BUSY * frame.hop as f64)) as usize + 1,
-            frame,
-            lines: Lines::new(),
-            tracks: Tracks::new(),
-            belief,
-            steadiness: Steadiness::new(),
-            weigher: Weigher::new(config, HOP_S),
-            stage: Stage::Wait,
-            weights: [T::ZERO; LINES],
-            forced: [T::ZERO; CANDIDATES],
-            odds: [T::ZERO; CANDIDATES],
-            fluctuation: [T::ZERO; CANDIDATES],
-            breadth: T::from_f64(config.breadth),
-            resolution_hz,
-            angle: T::from_f64(core::f64::consts::TAU / fs_hz),
-            loudest: T::ZERO,
-            smooth: T::ZERO,
-            quietest: T::ZERO,
-            comb: Comb::new(),
-            caller: Caller::new(config),
-            last: Judgement::default(),
-        })
+        *until = frame.window;
+        *pace = (slices as f64 / (BUSY * frame.hop as f64)) as usize + 1;
+        match listening.spindle_hz {
+            Some(told_hz) => {
+                // Large: put there blank, and begun in its place.
+                if belief.is_none() {
+                    *belief = Some(Belief::BLANK);
+                }
+                if let Some(belief) = belief {
+                    belief.restart(config, told_hz, listening, *resolution_hz);
+                }
+            }
+            None => *belief = None,
+        }
+        *lines = Lines::BLANK;
+        *tracks = Tracks::BLANK;
+        *steadiness = Steadiness::BLANK;
+        *weigher = Weigher::new(config, HOP_S);
+        *stage = Stage::Wait;
+        weights.fill(T::ZERO);
+        for each in [forced, odds, fluctuation] {
+            each.fill(T::ZERO);
+        }
+        *breadth = T::from_f64(config.breadth);
+        *glide = T::from_f64(config.glide);
+        *angle = T::from_f64(core::f64::consts::TAU / fs_hz);
+        for x in [loudest, smooth, quietest] {
+            *x = T::ZERO;
+        }
+        *comb = Comb::BLANK;
+        *caller = Caller::new(config);
+        *last = Judgement::NONE;
+        Ok(())
     }
 
     /// The speed changes, as a control tells it.
@@ -210,8 +295,8 @@ impl<T: Real> Verdict<T> {
     #[inline]
     pub fn process(&mut self, x: T) -> Option<&Judgement<T>> {
         self.frame.push(x);
-        self.until -= 1;
-        if self.until == 0 {
+        self.until = self.until.saturating_sub(1);
+        if self.until == 0 && self.pace > 0 {
             self.until = self.frame.hop;
             self.frame.begin();
             self.stage = Stage::Spectrum;
@@ -293,6 +378,11 @@ impl<T: Real> Verdict<T> {
         let two = T::from_f64(2.0);
         let candidates = self.lines.candidates().len();
         let mut sum = T::ZERO;
+        let strongest = self
+            .lines
+            .all()
+            .iter()
+            .fold(T::ZERO, |most, line| most.max(line.power));
         for (k, (line, weight)) in self.lines.all().iter().zip(&mut self.weights).enumerate() {
             let mut suspect = T::ZERO;
             for track in self.tracks.suspects() {
@@ -313,7 +403,9 @@ impl<T: Real> Verdict<T> {
             });
             let counts = line.visible || k >= candidates;
             *weight = if counts {
-                heard * (T::ONE - suspect) * belief.weight(line.f_hz)
+                let below = frame::decibel(line.power / (strongest + T::from_f64(1e-30)));
+                let clear = sigmoid((below + T::from_f64(CLEAR.0)) / T::from_f64(CLEAR.1));
+                heard * clear * (T::ONE - suspect) * belief.weight(line.f_hz)
             } else {
                 T::ZERO
             };

@@ -18,14 +18,13 @@ pub(super) struct Steadiness<T> {
 }
 
 impl<T: Real> Steadiness<T> {
-    pub(super) fn new() -> Self {
-        Self {
-            sums: [(T::ZERO, T::ZERO); SEGMENTS],
-            at: 0,
-            turn: (T::ONE, T::ZERO),
-            step: (T::ONE, T::ZERO),
-        }
-    }
+    /// Of no line, until [`Self::begin`].
+    pub(super) const BLANK: Self = Self {
+        sums: [(T::ZERO, T::ZERO); SEGMENTS],
+        at: 0,
+        turn: (T::ZERO, T::ZERO),
+        step: (T::ZERO, T::ZERO),
+    };
 
     /// Begins with a line of so many radians a sample.
     pub(super) fn begin(&mut self, angle: T) {
@@ -87,12 +86,13 @@ mod tests {
 
     fn of(x: impl Fn(f64) -> f64, f_hz: f64) -> f64 {
         let fs = 6000.0;
-        let mut frame = Frame::<f64>::new(fs);
+        let mut frame = Frame::<f64>::BLANK;
+        frame.restart(fs);
         for n in 0..3000 {
             frame.push(x(n as f64 / fs));
         }
         frame.begin();
-        let mut s = Steadiness::new();
+        let mut s = Steadiness::BLANK;
         s.begin(core::f64::consts::TAU * f_hz / fs);
         while !s.work(&frame) {}
         s.value()

@@ -12,6 +12,8 @@ const SAME: f64 = 1.2;
 const MISSING: u8 = 3;
 /// The log-odds of being forced are averaged over this time, s.
 const MEMORY_S: f64 = 1.0;
+/// The slope is averaged over this time, s.
+const SLOPE_S: f64 = 0.3;
 /// Gain of the features that tell a suspect, a window.
 const SUSPECT_GAIN: f64 = 0.25;
 /// A suspect is one that holds half of the rest, is free, and stands 15 dB over idle; these
@@ -28,6 +30,8 @@ pub(super) struct Track<T> {
     seen: bool,
     in_use: bool,
     windows: T,
+    /// Change of the frequency, a part of it a second.
+    pub(super) slope: T,
     forced: T,
     features: Option<[T; 3]>,
     /// Chance that it is chatter, for the speed's sake: a suspect does not tell it.
@@ -68,12 +72,23 @@ pub(super) struct Tracks<T> {
 }
 
 impl<T: Real> Tracks<T> {
-    pub(super) fn new() -> Self {
-        Self {
-            tracks: [Track::default(); TRACKS],
-            of: [0; CANDIDATES],
-        }
-    }
+    /// None.
+    pub(super) const BLANK: Self = Self {
+        tracks: [Track {
+            f_hz: T::ZERO,
+            age_s: T::ZERO,
+            missing: 0,
+            seen: false,
+            in_use: false,
+            windows: T::ZERO,
+            slope: T::ZERO,
+            forced: T::ZERO,
+            features: None,
+            suspect: T::ZERO,
+            evidence: T::ZERO,
+        }; TRACKS],
+        of: [0; CANDIDATES],
+    };
 
     /// Finds the track of each candidate, or begins one; forgets those that have gone.
     pub(super) fn follow(&mut self, candidates: &[Line<T>], resolution_hz: T, doubt: T) {
@@ -109,6 +124,10 @@ impl<T: Real> Tracks<T> {
             let track = &mut self.tracks[k];
             track.seen = true;
             track.missing = 0;
+            if track.f_hz > T::ZERO {
+                let now = (line.f_hz / track.f_hz - T::ONE) / T::from_f64(HOP_S);
+                track.slope += T::from_f64(HOP_S / SLOPE_S) * (now - track.slope);
+            }
             track.f_hz = line.f_hz;
             track.age_s += T::from_f64(HOP_S);
             *of = k;

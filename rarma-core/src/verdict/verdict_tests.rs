@@ -97,6 +97,64 @@ fn lines_of_the_rotation_are_not_called_though_the_speed_is_told_wrong_by_three_
     }
 }
 
+/// Where the teeth meet a mode there is one strong line, and the peaks of the noise far below
+/// it tell of no speed.
+#[test]
+fn a_lone_tooth_line_at_the_told_speed_is_not_called() {
+    let listening = told(Some(326.0), 3);
+    let mut verdict = Verdict::<f32>::new(&VerdictConfig::default(), &listening).expect("in range");
+    let mut state = 5;
+    for n in 0..40_000 {
+        let t = f64::from(n) / FS;
+        let quiet = 1e-4 * noise(&mut state);
+        let line = if t < 0.3 {
+            0.0
+        } else {
+            (TAU * 978.0 * t).sin()
+        };
+        let x = quiet + line + 3e-3 * line * noise(&mut state);
+        if let Some(judgement) = verdict.process(x as f32) {
+            assert!(!judgement.chatter, "at {t}: {judgement:?}");
+        }
+    }
+    let forced = verdict.judgement().forced.expect("a speed was told");
+    assert!(forced > 0.8, "{forced}");
+}
+
+/// In a ramp the teeth's lines glide out of the belief's reach.
+#[test]
+fn a_speed_that_is_turned_untold_is_not_called() {
+    for rate in [0.1, -0.1, 0.4, -0.4] {
+        let listening = told(Some(60.0), 3);
+        let mut verdict =
+            Verdict::<f32>::new(&VerdictConfig::default(), &listening).expect("in range");
+        let (mut state, mut phase) = (11, 0.0);
+        for n in 0..48_000 {
+            let t = f64::from(n) / FS;
+            let turned = (t - 3.0).clamp(0.0, 0.15 / f64::abs(rate));
+            phase += TAU * 180.0 * (1.0 + rate * turned) / FS;
+            let teeth: f64 = (1..=8)
+                .map(|k| (f64::from(k) * phase).sin() / f64::from(k))
+                .sum();
+            let quiet = 0.01 * noise(&mut state);
+            let x = if t < 1.0 {
+                quiet
+            } else {
+                quiet + teeth + 0.05 * noise(&mut state)
+            };
+            if let Some(judgement) = verdict.process(x as f32) {
+                assert!(!judgement.chatter, "{rate}: at {t}: {judgement:?}");
+            }
+        }
+        let (hz, _) = verdict.judgement().spindle_hz.expect("a speed");
+        let true_hz = 60.0 * (1.0 + 0.15 * f64::signum(rate));
+        assert!(
+            (f64::from(hz) / true_hz - 1.0).abs() < 0.01,
+            "{rate}: {hz} for {true_hz}"
+        );
+    }
+}
+
 #[test]
 fn a_mode_that_noise_rings_is_not_called() {
     // 700 Hz, 3 % of critical damping.
@@ -175,7 +233,7 @@ fn bad_samples_are_forgotten_with_their_window() {
     let cut = Cut::new(180.0, (811.0, 2.0));
     let listening = told(Some(60.0), 3);
     let mut verdict = Verdict::<f32>::new(&VerdictConfig::default(), &listening).expect("in range");
-    let mut last = Judgement::default();
+    let mut last = Judgement::NONE;
     for (n, x) in cut.samples().enumerate() {
         let bad = (9000..9010).contains(&n);
         let x = if bad { f32::NAN } else { x as f32 };

@@ -53,7 +53,7 @@ impl<T: Real, const M: usize> Default for SlicedFft<T, M> {
 
 impl<T: Real, const M: usize> SlicedFft<T, M> {
     /// Zeros, until [`Self::restart`].
-    pub(super) const BLANK: Self = Self {
+    pub(crate) const BLANK: Self = Self {
         z: [(T::ZERO, T::ZERO); M],
         half: 0,
         column: 0,
@@ -64,7 +64,7 @@ impl<T: Real, const M: usize> SlicedFft<T, M> {
     };
 
     /// As [`Self::default`], in place.
-    pub(super) fn restart(&mut self) {
+    pub(crate) fn restart(&mut self) {
         self.z.fill((T::ZERO, T::ZERO));
         self.half = 1;
         self.start_stage();
