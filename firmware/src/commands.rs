@@ -10,7 +10,9 @@ use crate::sensor_box::SensorBox;
 use crate::store::{Kept, StoreError};
 use rarma_core::cers::ExcitationJob;
 use rarma_core::guard::{Denial, FaultCode, Mode, Stage};
-use rarma_core::settings::{SCHEMA_VERSION, SETTINGS, SettingError, SettingValue, find};
+use rarma_core::settings::{
+    MONITOR_SPINDLE, SCHEMA_VERSION, SETTINGS, SettingError, SettingValue, find,
+};
 use rarma_core::wire::{
     Answer, Command, Deframer, FrameError, Handed, Head, Identity, MAX_FRAME, NOBODY, Opened,
     Order, Refused, Reply, Seal, SettingMessage, Telemetry, VERSION, open,
@@ -182,6 +184,8 @@ fn carry_out<B: BoxBoard>(
         Command::Read { setting } => shown(all, board, setting),
         Command::Set { setting, value } => {
             all.settings.set(setting, value).map_err(Refused::Setting)?;
+            // What a duty has read already; a speed it knows is no news to it.
+            all.listening.tell_speed(all.settings.real(MONITOR_SPINDLE));
             shown(all, board, setting)
         }
         Command::Save { setting } => {
@@ -193,6 +197,7 @@ fn carry_out<B: BoxBoard>(
             all.settings
                 .set(setting, row.default_value())
                 .map_err(Refused::Setting)?;
+            all.listening.tell_speed(all.settings.real(MONITOR_SPINDLE));
             keep(all, board, setting, None, now_us)
         }
         Command::Start(mode) => done(all.start_mode(board, mode)),

@@ -170,6 +170,16 @@ impl Listening {
         }
     }
 
+    /// The control tells the speed of the spindle, Hz, from now on; 0, unknown, counts when a
+    /// mode is started.
+    pub fn tell_speed(&mut self, spindle_hz: f32) {
+        if let Some(job) = &mut self.job
+            && self.duty.tell_speed(spindle_hz).is_ok()
+        {
+            job.monitor.spindle_hz = Some(f64::from(spindle_hz));
+        }
+    }
+
     /// Sends raw samples for so many seconds from now on.
     pub fn stream(&mut self, seconds: f32) {
         self.raw_left = (f64::from(seconds) * self.fs_hz) as u64;

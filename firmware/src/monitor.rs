@@ -88,6 +88,17 @@ impl MonitorDuty {
         }
     }
 
+    /// The control tells the speed of the spindle, Hz; see [`Monitor::tell_speed`].
+    ///
+    /// # Errors
+    /// As there; nothing has changed then. While idle nothing is refused, and nothing changes.
+    pub fn tell_speed(&mut self, spindle_hz: f32) -> Result<(), MonitorError> {
+        if self.is_idle() {
+            return Ok(());
+        }
+        self.monitor.tell_speed(spindle_hz)
+    }
+
     /// The source lost samples.
     pub fn missing(&mut self, samples: u32) {
         if !self.is_idle() {

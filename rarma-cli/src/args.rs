@@ -172,6 +172,10 @@ pub struct MonitorArgs {
     #[arg(long, value_name = "N", default_value_t = 1, requires = "tacho",
           value_parser = clap::value_parser!(u32).range(1..=100))]
     pub pulses: u32,
+    /// Speeds as a control tells them, lines of time in s and 1/min: a file, a pipe, or - for
+    /// standard input. Each counts from its time on, in place of --rpm.
+    #[arg(long, value_name = "FILE")]
+    pub speed_from: Option<PathBuf>,
     /// Modes of the structure at rest (JSON of `identify`, or CSV with columns
     /// f,f_sd,zeta,zeta_sd): what the process adds to their damping is told.
     #[arg(long, value_name = "FILE")]
@@ -189,7 +193,7 @@ pub struct MonitorArgs {
 
 /// A job for the box names one channel: what needs two is refused by name, and not offered.
 fn one_channel(option: clap::Arg) -> clap::Arg {
-    let needs_two = ["second", "tacho", "pulses"].contains(&option.get_id().as_str());
+    let needs_two = ["second", "tacho", "pulses", "speed_from"].contains(&option.get_id().as_str());
     option.hide(needs_two)
 }
 

@@ -76,6 +76,18 @@ impl<const CHANNELS: usize> Ears<CHANNELS> {
         }
     }
 
+    /// The control tells the speed of the spindle, Hz.
+    ///
+    /// # Errors
+    /// Out of range.
+    pub(super) fn tell_speed(&mut self, spindle_hz: f64) -> Result<(), Failure> {
+        let told = match &mut self.monitor {
+            Monitor::One(duty) => duty.tell_speed(spindle_hz as f32),
+            Monitor::Two(pair) => pair.tell_speed(spindle_hz as f32),
+        };
+        told.map_err(|error| Failure::Usage(format!("setting out of range: {error:?}")))
+    }
+
     /// So many samples are missing before the next one.
     pub(super) fn missing(&mut self, samples: u64) {
         if samples == 0 {

@@ -8,21 +8,39 @@ use super::{band, process, show};
 use crate::args::{InputArgs, MonitorArgs};
 use crate::collect::News;
 use crate::failure::Failure;
-use crate::input::{self, ReadOptions, Recording};
+use crate::input::{self, InputError, ReadOptions, Recording, Speeds};
 use crate::record::{Run, Summary};
 use rarma_core::Order;
 use rarma_core::monitor::{LEAST_MEMORY, MonitorConfig, MonitorError};
 use rarma_core::wire::MonitorJob;
+use std::path::Path;
 
 pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
     let structure = process::structure(args.structure.as_deref())?;
+    let both = Some(Path::new("-"));
+    if args.speed_from.as_deref() == both && Some(args.input.input.as_path()) == both {
+        return Err(Failure::Usage(
+            "--speed-from -: standard input is the sound already; give a file or a named pipe"
+                .to_owned(),
+        ));
+    }
     let mut source = Source::open(args)?;
+    let live = source.about.samples.is_none();
+    let open = |path| Speeds::open(path, live);
+    let mut speeds = args.speed_from.as_deref().map(open).transpose()?;
+    let args = &MonitorArgs {
+        rpm: args.rpm.or(speeds.as_ref().map(Speeds::first)),
+        ..args.clone()
+    };
     let job = job(args, &source.about)?;
     let bar = show::progress(source.about.samples.unwrap_or(0), "listening");
     let mut audience = Audience::new(args, &source.about, &job, structure, bar);
     let summary = match source.channels[..] {
-        [a, b] => through(&mut source, &mut audience, Ears::two(&job, [a, b])?)?,
-        _ => through(&mut source, &mut audience, Ears::one(&job)?)?,
+        [a, b] => {
+            let ears = Ears::two(&job, [a, b])?;
+            through(&mut source, &mut audience, ears, &mut speeds)?
+        }
+        _ => through(&mut source, &mut audience, Ears::one(&job)?, &mut speeds)?,
     };
     let code = audience.finish(&summary)?;
     source.end()?;
@@ -30,13 +48,19 @@ pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
     Ok(code)
 }
 
+/// A new speed is looked for this often, s.
+const ASK_S: f64 = 0.005;
+
 /// Everything there is to hear, block by block.
 fn through<const CHANNELS: usize>(
     source: &mut Source,
     audience: &mut Audience<'_>,
     mut ears: Ears<CHANNELS>,
+    speeds: &mut Option<Speeds>,
 ) -> Result<Summary, Failure> {
-    let pictured = source.pictured;
+    let (pictured, fs) = (source.pictured, source.about.fs);
+    let ask_every = ((ASK_S * fs) as u64).max(1);
+    let mut heard = 0;
     while let Some(Block {
         rows,
         missing,
@@ -45,16 +69,29 @@ fn through<const CHANNELS: usize>(
     {
         audience.hear(&rows[pictured]);
         ears.missing(missing);
+        heard += missing;
         for n in missing as usize..rows[0].len() {
             let x = std::array::from_fn(|c| rows[c][n] as f32);
             let pulse = pulses.get(n).copied().flatten();
             ears.sample(x, pulse, &mut |news| audience.take(news));
+            heard += 1;
+            if let Some(speeds) = speeds
+                && heard % ask_every == 0
+                && let Some(rpm) = speeds.due(heard as f64 / fs, odd_speed)
+            {
+                ears.tell_speed(rpm / 60.0)?;
+            }
         }
         if !audience.listens() {
             break;
         }
     }
     ears.finish()
+}
+
+/// Of a pipe: what is wrong with a line.
+fn odd_speed(why: InputError) {
+    eprintln!("Warning: {why}; the speed before it stands");
 }
 
 /// Reads the recording whole, and passes on what is odd about it.

@@ -7,7 +7,7 @@ use crate::record::{ChannelRecord, FaultRecord, Run};
 use firmware::monitor::Telling;
 use rarma_core::condition::{Fault, HealthCounts};
 use rarma_core::decide::ChannelFault;
-use rarma_core::monitor::{PairConfig, PairMonitor, PairReport};
+use rarma_core::monitor::{MonitorError, PairConfig, PairMonitor, PairReport};
 use rarma_core::wire::{MonitorJob, Telemetry};
 
 /// Stretches without a channel that a summary lists, the first ones.
@@ -67,6 +67,14 @@ impl Pair {
     /// A tacho pulse has just come, `before` samples ago.
     pub(super) fn pulse(&mut self, before: f32) {
         self.monitor.pulse(before);
+    }
+
+    /// The control tells the speed of the spindle, Hz.
+    ///
+    /// # Errors
+    /// Out of range.
+    pub(super) fn tell_speed(&mut self, spindle_hz: f32) -> Result<(), MonitorError> {
+        self.monitor.tell_speed(spindle_hz)
     }
 
     pub(super) fn finished(&self) -> Telemetry {

@@ -35,6 +35,12 @@ pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
                 .to_owned(),
         ));
     }
+    if args.speed_from.is_some() {
+        return Err(Failure::Usage(
+            "--speed-from: a job for the box tells one speed; use `rarma monitor` with several"
+                .to_owned(),
+        ));
+    }
     let structure = process::structure(args.structure.as_deref())?;
     let recording = monitor::read(&args.input)?;
     let about = About::from(&recording);

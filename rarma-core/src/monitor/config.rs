@@ -92,6 +92,11 @@ impl MonitorConfig {
         self.band.unwrap_or_else(|| Band::usual(self.fs_hz))
     }
 
+    /// Whether a spindle may turn so fast, Hz.
+    pub(super) fn is_speed(spindle_hz: f64) -> bool {
+        (1e-3..=5000.0).contains(&spindle_hz)
+    }
+
     /// Checks every field.
     ///
     /// # Errors
@@ -102,7 +107,7 @@ impl MonitorConfig {
         if !within(self.threshold, 0.0005, 0.2) {
             return Err(MonitorError::Threshold);
         }
-        if self.spindle_hz.is_some_and(|f| !within(f, 1e-3, 5000.0)) {
+        if self.spindle_hz.is_some_and(|f| !Self::is_speed(f)) {
             return Err(MonitorError::Spindle);
         }
         if self.teeth.is_some_and(|z| !(1..=1000).contains(&z)) {

@@ -123,6 +123,19 @@ impl<T: Real> Monitor<T> {
         self.spindle.pulse(self.samples, fraction);
     }
 
+    /// The control tells the speed of the spindle, Hz: at once, and as often as it likes. The
+    /// teeth are those of the settings, and count only if these tell a speed, too.
+    ///
+    /// # Errors
+    /// [`MonitorError::Spindle`], as for a setting; nothing has changed then.
+    pub fn tell_speed(&mut self, spindle_hz: T) -> Result<(), MonitorError> {
+        if !MonitorConfig::is_speed(spindle_hz.to_f64()) {
+            return Err(MonitorError::Spindle);
+        }
+        self.spindle.tell(spindle_hz);
+        Ok(())
+    }
+
     /// Histogram of the squared amplitude of the mode that is followed, for display.
     pub fn histogram(&self) -> Histogram<T> {
         self.amplitude.histogram()

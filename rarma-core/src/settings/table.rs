@@ -74,8 +74,8 @@ table! {
         "damping ratio below which a mode counts as undamped";
     14 MONITOR_MEMORY: Real "monitor.memory", "s", 0.001, 100.0, 0.1, NextMode,
         "memory of the estimator";
-    15 MONITOR_SPINDLE: Real "monitor.spindle", "Hz", 0.0, 5000.0, 0.0, NextMode,
-        "spindle frequency where it is known; 0: unknown";
+    15 MONITOR_SPINDLE: Real "monitor.spindle", "Hz", 0.0, 5000.0, 0.0, AtOnce,
+        "spindle frequency where it is known; 0: unknown, from the next start of a mode on";
     16 MONITOR_TEETH: Whole "monitor.teeth", "1", 0, 1000, 0, NextMode,
         "teeth on the cutter where they are known; 0: unknown";
     17 TACHO_PULSES: Whole "tacho.pulses", "1", 0, 100, 0, NextMode,

@@ -10,7 +10,7 @@ use rarma_core::wire::{MonitorJob, Telemetry};
 /// Poles are looked at this often, s.
 const EVERY_S: f64 = 0.01;
 
-/// The monitor, with its usual settings. A live speed is beyond it: it takes the first.
+/// The monitor, with its usual settings.
 pub(super) struct Monitor;
 
 impl Detector for Monitor {
@@ -48,8 +48,18 @@ pub(super) fn run(
     };
     let mut duty = MonitorDuty::new(&job)
         .map_err(|why| Failure::System(format!("the population's settings: {why:?}")))?;
-    for x in recording.samples() {
+    let mut told = monitor.spindle_hz;
+    for (n, x) in recording.samples().iter().enumerate() {
         duty.sample(*x, &mut take);
+        let now = recording.speed.known_hz(n as f64 / recording.fs_hz());
+        if told.is_some()
+            && now != told
+            && let Some(hz) = now
+        {
+            duty.tell_speed(hz as f32)
+                .map_err(|why| Failure::System(format!("the population's speed: {why:?}")))?;
+            told = now;
+        }
     }
     Ok(())
 }

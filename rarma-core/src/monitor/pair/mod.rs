@@ -11,7 +11,7 @@ mod fuse;
 
 pub use config::{ALONE_CONFIRMATIONS, PairConfig, PairError};
 
-use super::{MAX_MODES, Monitor, Report, SpindleReport};
+use super::{MAX_MODES, Monitor, MonitorError, Report, SpindleReport};
 use crate::condition::{Fault, HealthCounts};
 use crate::decide::{
     Agreement, AlarmConfig, AlarmEvent, ChannelFault, ChannelWatch, Dropped, Histogram, Label,
@@ -156,6 +156,18 @@ impl<T: Real> PairMonitor<T> {
         for channel in &mut self.channels {
             channel.monitor.pulse(fraction);
         }
+    }
+
+    /// The control tells the speed of the spindle, Hz; see
+    /// [`Monitor::tell_speed`](super::Monitor::tell_speed).
+    ///
+    /// # Errors
+    /// As there; nothing has changed then.
+    pub fn tell_speed(&mut self, spindle_hz: T) -> Result<(), MonitorError> {
+        for channel in &mut self.channels {
+            channel.monitor.tell_speed(spindle_hz)?;
+        }
+        Ok(())
     }
 
     /// Histogram of the squared amplitude of the mode that the report's amplitude is

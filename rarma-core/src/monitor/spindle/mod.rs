@@ -261,15 +261,41 @@ impl<T: Real> Spindle<T> {
         self.entering_s > T::ZERO
     }
 
+    /// A control tells another speed, Hz: it is the told one from now on. What differs by less
+    /// than [`SPEED_ACCURACY`] from the last is no news, for the sound tells it better.
+    pub(super) fn tell(&mut self, spindle_hz: T) {
+        let accuracy = T::from_f64(SPEED_ACCURACY);
+        let is_known = |told: T| (told - spindle_hz).abs() < told * accuracy;
+        if self.setting.is_some_and(is_known) {
+            return;
+        }
+        (self.setting, self.told) = (Some(spindle_hz), Some(spindle_hz));
+        self.unconfirmed_s = Some(T::ZERO);
+        (self.found, self.doubtful) = (None, None);
+        (self.contradiction, self.denied) = (None, 0);
+        if let Some(finder) = &mut self.finder {
+            // Out of its range it keeps what it was told.
+            let _ = finder.tell(Some(spindle_hz));
+        }
+        if self.tacho_reading.is_none() {
+            self.lead(spindle_hz, spindle_hz * accuracy);
+        }
+    }
+
     /// A tacho leads the lines.
     fn read_tacho(&mut self, now: u64) {
         let Some(tacho) = &self.tacho else { return };
         let reading = tacho.read(now);
         self.tacho_fault = reading.fault;
         self.tacho_reading = reading.spindle_hz;
-        let (Some(lines), Some((speed, sd))) = (&mut self.lines, reading.spindle_hz) else {
-            return;
-        };
+        if let Some((speed, sd)) = reading.spindle_hz {
+            self.lead(speed, sd);
+        }
+    }
+
+    /// The lines go to a speed that is known from elsewhere.
+    fn lead(&mut self, speed: T, sd: T) {
+        let Some(lines) = &mut self.lines else { return };
         let followed = lines
             .spindle_hz()
             .filter(|(there, _)| (*there - speed).abs() < speed * T::from_f64(UNCONFIRMED.1));
