@@ -238,7 +238,7 @@ mod tests {
     fn read(text: &str) -> Result<Speeds, InputError> {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("speed.csv");
-        std::fs::write(&path, text).expect("written");
+        crate::output::write(&path, text).expect("written");
         Speeds::open(&path, false)
     }
 
@@ -259,7 +259,7 @@ mod tests {
         for (text, line, word) in [
             ("0,4500\n2,4600\n1,4700\n", "line 3", "goes back"),
             ("0,4500\n1,NaN\n", "line 2", "not a number"),
-            ("0,4500\n1\n", "line 2", "empty"),
+            ("0,4500\n1\n", "line 2", "no value"),
             ("0,0\n", "line 1", "no speed"),
             ("time,rpm\n", "file", "no speed"),
         ] {
