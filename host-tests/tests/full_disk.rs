@@ -67,6 +67,7 @@ fn no_command_is_missing_here() {
     let reads = [
         "input",
         "structure",
+        "speed_from",
         "uu",
         "uv",
         "vu",
