@@ -172,9 +172,10 @@ fn record_of_a_stream_is_monitored_like_a_recording() {
         alarm["on"].as_f64().expect("s"),
         alarm["f"].as_f64().expect("Hz"),
     );
-    // The stream begins 0.05 s later than the box's own listening, and is of 16 bits.
-    assert!((on + 0.05 - box_call.0).abs() < 0.05, "{on} {box_call:?}");
-    assert!((f / box_call.1 - 1.0).abs() < 0.03, "{f} {box_call:?}");
+    // The stream begins 0.05 s later than the box's own listening, and is of 16 bits; lines are
+    // judged every 0.05 s. At the call the line is one window's, in the summary a mean.
+    assert!((on + 0.05 - box_call.0).abs() < 0.11, "{on} {box_call:?}");
+    assert!((f / box_call.1 - 1.0).abs() < 0.1, "{f} {box_call:?}");
 }
 
 struct Served {

@@ -139,6 +139,8 @@ fn length_us(kind: K) -> u64 {
         K::CurrentSurge => 5_000,
         K::SupplyDip => 20_000,
         K::LinkBlocked => 500_000,
+        // What it broke is told after it, too: within it the telling may be broken.
+        K::LinkNoisy => 900_000,
         _ => 10_000_000,
     }
 }

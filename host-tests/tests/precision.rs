@@ -70,6 +70,8 @@ fn widened<T: Real>(report: &Report<T>) -> Report<f64> {
                     regained: m.evidence.regained.to_f64(),
                     usual_again: m.evidence.usual_again.to_f64(),
                 },
+                was_damped: m.was_damped,
+                grew: m.grew,
             })
         }),
         // What is not compared here.

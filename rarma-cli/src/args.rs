@@ -5,6 +5,7 @@ mod cers;
 mod els;
 mod files;
 mod ldbb;
+mod numbers;
 mod psd;
 mod sensor_box;
 mod virtual_machine;
@@ -15,6 +16,7 @@ pub use els::{
     CutArgs, ElsCommand, ElsFitArgs, ElsHammerArgs, ElsLimitArgs, ElsModelArgs, OutArgs,
 };
 pub use ldbb::{KnownArgs, LdbbAnalyseArgs, LdbbCommand, LdbbCompareArgs, LdbbRunArgs};
+pub use numbers::NumbersArgs;
 pub use psd::{Criterion, PsdArgs, PsdMethod};
 pub use sensor_box::{BoxArgs, ConnectArgs, DecodeArgs};
 pub use virtual_machine::{ChooseOrderArgs, LobesArgs, PopulationArgs, SimulateArgs, SweepArgs};
@@ -180,6 +182,12 @@ pub struct MonitorArgs {
     /// f,f_sd,zeta,zeta_sd): what the process adds to their damping is told.
     #[arg(long, value_name = "FILE")]
     pub structure: Option<PathBuf>,
+    /// The sampler has no anti-alias filter: multiples of the speed may lie folded anywhere.
+    #[arg(long)]
+    pub aliased: bool,
+    /// Numbers of the verdict.
+    #[command(flatten)]
+    pub numbers: NumbersArgs,
     /// Seconds between two lines, 0.0001 to 3600.
     #[arg(long, value_name = "SECONDS", default_value_t = 0.01, value_parser = every)]
     pub every: f64,

@@ -1,9 +1,8 @@
 //! Options of the commands around the virtual machine tool.
 
+use super::NumbersArgs;
 use super::{any_order, pair, within};
-use crate::failure::Failure;
 use clap::Args;
-use rarma_core::verdict::VerdictConfig;
 use std::path::PathBuf;
 
 /// Options of `lobes`.
@@ -159,9 +158,9 @@ pub struct PopulationArgs {
     /// Who is judged, separated by commas: monitor, verdict, plain, bare-damping, or none.
     #[arg(long, default_value = "monitor,verdict,plain,bare-damping", value_parser = detectors)]
     pub detectors: Chosen,
-    /// Another value for a number of the verdict; may be repeated.
-    #[arg(long, value_name = "NAME=VALUE", value_parser = number)]
-    pub set: Vec<(String, f64)>,
+    /// Numbers of the verdict.
+    #[command(flatten)]
+    pub numbers: NumbersArgs,
     /// Half and double of every number of the verdict, each alone, with the first way the
     /// speed is told.
     #[arg(long)]
@@ -178,29 +177,6 @@ pub struct PopulationArgs {
     /// Write every cut as a WAV into this folder, and labels.json with what is true of it.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-}
-
-impl PopulationArgs {
-    /// Numbers of the verdict.
-    ///
-    /// # Errors
-    /// One that does not exist or is out of range.
-    pub fn numbers(&self) -> Result<VerdictConfig, Failure> {
-        let mut numbers = VerdictConfig::default();
-        for (name, value) in &self.set {
-            let refused = |why| Failure::Usage(format!("--set {name}={value}: {why}"));
-            numbers.set(name, *value).map_err(refused)?;
-        }
-        Ok(numbers)
-    }
-}
-
-fn number(text: &str) -> Result<(String, f64), String> {
-    let (name, value) = text.split_once('=').ok_or("must be NAME=VALUE")?;
-    let value = value
-        .parse()
-        .map_err(|_| format!("{value}: not a number"))?;
-    Ok((name.to_owned(), value))
 }
 
 /// Detectors by their places.

@@ -138,6 +138,8 @@ pub fn job(args: &MonitorArgs, recording: &About) -> Result<MonitorJob, Failure>
         tacho_pulses: args.tacho.map(|_| args.pulses),
         threshold: args.threshold,
         idle_s: args.idle,
+        aliased: args.aliased,
+        verdict: args.numbers.numbers()?,
         ..MonitorConfig::new(recording.fs)
     };
     monitor.check().map_err(|error| match error {

@@ -17,7 +17,7 @@ const BATCH: u64 = 32;
 
 pub(super) fn main(args: &PopulationArgs) -> Result<u8, Failure> {
     let (from, to) = args.seeds;
-    let numbers = args.numbers()?;
+    let numbers = args.numbers.numbers()?;
     let asked = Asked {
         tellings: args.told.clone(),
         detectors: args.detectors.0.clone(),

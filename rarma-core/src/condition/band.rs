@@ -222,11 +222,17 @@ impl<T: Real> BandFilter<T> {
     /// Takes one finite input sample; gives one every `factor`-th time.
     #[inline(always)]
     pub fn process(&mut self, x: T) -> Option<T> {
+        Some(self.process_both(x)?.1)
+    }
+
+    /// As [`Self::process`]; gives the sample before the high-pass as well, down to the offset.
+    #[inline(always)]
+    pub fn process_both(&mut self, x: T) -> Option<(T, T)> {
         let mut x = self.offset.remove(x);
         for stage in &mut self.stages {
             x = stage.process(x)?;
         }
-        Some(self.high_pass.process(&mut self.state, x))
+        Some((x, self.high_pass.process(&mut self.state, x)))
     }
 }
 

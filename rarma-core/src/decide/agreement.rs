@@ -114,6 +114,8 @@ mod tests {
             harmonic: None,
             suspicion: 0.0,
             evidence: Evidence::default(),
+            was_damped: false,
+            grew: false,
         }
     }
 

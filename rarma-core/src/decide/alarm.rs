@@ -78,6 +78,9 @@ pub struct Standing<T> {
     explained_s: T,
     undamped_s: T,
     back_s: T,
+    /// How much longer lines have stood at the frequency than elsewhere, s; none while only a
+    /// mode has called.
+    line_s: Option<T>,
 }
 
 /// Undamped for this long in all, an alarm is established, s: it then holds through
@@ -88,6 +91,23 @@ impl<T: Real> Standing<T> {
     /// The mode has been undamped for [`ESTABLISHED_S`] in all.
     pub fn is_established(&self) -> bool {
         self.undamped_s >= T::from_f64(ESTABLISHED_S)
+    }
+
+    /// A line takes the alarm over from a mode. Chatter has sidebands, and the strongest line
+    /// is now one and now the other: the frequency is that of the majority.
+    fn hear_line(&mut self, line_hz: T, period_s: T) {
+        let here = (line_hz - self.frequency).abs() < self.frequency * T::from_f64(SAME_MODE);
+        let stood_s = self.line_s.unwrap_or(T::ZERO);
+        self.line_s = Some(if here {
+            let stood_s = stood_s + period_s;
+            self.frequency += (period_s / stood_s) * (line_hz - self.frequency);
+            stood_s
+        } else if stood_s > T::ZERO {
+            stood_s - period_s
+        } else {
+            self.frequency = line_hz;
+            period_s
+        });
     }
 }
 
@@ -110,6 +130,15 @@ pub enum AlarmEvent<T> {
         /// Lowest damping ratio.
         lowest_damping: T,
     },
+}
+
+/// Who may call at one decision.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Callers<'a, T> {
+    /// Whether each mode may.
+    pub modes: &'a [bool],
+    /// The verdict on lines calls the one at this frequency, Hz.
+    pub line_hz: Option<T>,
 }
 
 /// Raises and releases the alarm.
@@ -165,12 +194,12 @@ impl<T: Real> Alarm<T> {
         self.standing.as_ref()
     }
 
-    /// One decision over the modes.
-    /// `may_call` is false while nothing is cut or the samples are bad.
+    /// One decision over the modes and the lines. What the lines have called, or joined, ends
+    /// when they end it.
     pub fn update(
         &mut self,
         modes: &[Option<Mode<T>>],
-        may_call: bool,
+        callers: &Callers<'_, T>,
         period_s: T,
     ) -> AlarmEvent<T> {
         self.before = self
@@ -178,17 +207,51 @@ impl<T: Real> Alarm<T> {
             .map(|(alarm, left_s)| (alarm, left_s - period_s))
             .filter(|(_, left_s)| *left_s > T::ZERO);
         match self.standing {
-            Some(standing) => self.follow(standing, modes, period_s),
-            None if may_call => self.call(modes),
-            None => AlarmEvent::None,
+            Some(standing) => self.follow(standing, modes, callers.line_hz, period_s),
+            None => match callers.line_hz {
+                Some(line_hz) => self.call_line(line_hz, modes),
+                None => self.call(modes, callers.modes),
+            },
+        }
+    }
+
+    /// The line, and the mode that is nearest to it.
+    fn call_line(&mut self, line_hz: T, modes: &[Option<Mode<T>>]) -> AlarmEvent<T> {
+        let apart = |mode: &Mode<T>| (mode.frequency - line_hz).abs();
+        let mut nearest: Option<(usize, &Mode<T>)> = None;
+        for (slot, mode) in modes.iter().enumerate() {
+            if let Some(mode) = mode
+                && nearest.is_none_or(|(_, m)| apart(mode) < apart(m))
+            {
+                nearest = Some((slot, mode));
+            }
+        }
+        let damping = nearest.map_or(T::ZERO, |(_, mode)| mode.damping);
+        let amplitude = nearest.map_or(T::ZERO, |(_, mode)| mode.amplitude);
+        self.standing = Some(Standing {
+            slot: nearest.map_or(0, |(slot, _)| slot),
+            frequency: line_hz,
+            lowest_damping: damping,
+            mean_amplitude: amplitude,
+            weight: amplitude * amplitude,
+            over_s: T::ZERO,
+            explained_s: T::ZERO,
+            undamped_s: T::ZERO,
+            back_s: T::ZERO,
+            line_s: Some(T::ZERO),
+        });
+        AlarmEvent::On {
+            frequency: line_hz,
+            damping,
         }
     }
 
     /// Loudest mode that has been suspect for long enough.
-    fn call(&mut self, modes: &[Option<Mode<T>>]) -> AlarmEvent<T> {
+    fn call(&mut self, modes: &[Option<Mode<T>>], may_call: &[bool]) -> AlarmEvent<T> {
         let mut loudest: Option<(usize, &Mode<T>)> = None;
-        for (slot, mode) in modes.iter().enumerate() {
+        for ((slot, mode), may_call) in modes.iter().enumerate().zip(may_call) {
             if let Some(mode) = mode
+                && *may_call
                 && mode.label == Label::SelfExcited
                 && mode.suspicion >= T::ONE
                 && !self.is_afterglow(mode)
@@ -210,6 +273,7 @@ impl<T: Real> Alarm<T> {
             explained_s: T::ZERO,
             undamped_s: self.config.confirm_s,
             back_s: T::ZERO,
+            line_s: None,
         });
         AlarmEvent::On {
             frequency: mode.frequency,
@@ -230,6 +294,7 @@ impl<T: Real> Alarm<T> {
         &mut self,
         mut s: Standing<T>,
         modes: &[Option<Mode<T>>],
+        line_hz: Option<T>,
         period_s: T,
     ) -> AlarmEvent<T> {
         s.slot = self.locate(&s, modes);
@@ -248,7 +313,7 @@ impl<T: Real> Alarm<T> {
                     s.mean_amplitude += gain * (mode.amplitude - s.mean_amplitude);
                     let w = mode.amplitude * mode.amplitude;
                     s.weight += w;
-                    if s.weight > T::ZERO {
+                    if s.weight > T::ZERO && s.line_s.is_none() {
                         s.frequency += (mode.frequency - s.frequency) * (w / s.weight);
                     }
                     if self.config.undamped(damping) {
@@ -281,7 +346,13 @@ impl<T: Real> Alarm<T> {
         let explained = s.explained_s > patience;
         s.over_s = if over { s.over_s + period_s } else { T::ZERO };
         let back = s.back_s >= T::from_f64(BACK_S);
-        if s.over_s < self.config.release_s && !explained && !back {
+        if let Some(line_hz) = line_hz {
+            s.hear_line(line_hz, period_s);
+            (s.over_s, s.explained_s, s.back_s) = (T::ZERO, T::ZERO, T::ZERO);
+            self.standing = Some(s);
+            return AlarmEvent::None;
+        }
+        if s.line_s.is_none() && s.over_s < self.config.release_s && !explained && !back {
             self.standing = Some(s);
             return AlarmEvent::None;
         }

@@ -51,7 +51,11 @@ impl Bench {
                 .track
                 .update(reading, &AlarmConfig::default(), PERIOD_S);
             let modes = [Some(mode)];
-            let event = self.alarm.update(&modes, may_call, PERIOD_S);
+            let callers = Callers {
+                modes: &[may_call],
+                line_hz: None,
+            };
+            let event = self.alarm.update(&modes, &callers, PERIOD_S);
             if event != AlarmEvent::None && first.is_none() {
                 first = Some((self.now_s, event));
             }

@@ -19,6 +19,8 @@ fn mode(damping: f64, damping_sd: f64) -> Mode<f64> {
         harmonic: None,
         suspicion: 0.0,
         evidence: Evidence::default(),
+        was_damped: false,
+        grew: false,
     }
 }
 

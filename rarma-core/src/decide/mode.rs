@@ -53,6 +53,10 @@ pub struct Mode<T> {
     pub suspicion: T,
     /// What the sequential test says.
     pub evidence: Evidence<T>,
+    /// It was damped for certain until a moment ago.
+    pub was_damped: bool,
+    /// It has grown out of damping, or risen by itself.
+    pub grew: bool,
 }
 
 /// What is measured of one mode at one decision.
@@ -99,6 +103,8 @@ pub struct ModeTrack<T> {
     rotation_s: T,
     on_rotation: bool,
     free_s: T,
+    damped_s: T,
+    since_damped_s: T,
 }
 
 impl<T: Real> Default for ModeTrack<T> {
@@ -112,6 +118,8 @@ impl<T: Real> Default for ModeTrack<T> {
             rotation_s: T::ZERO,
             on_rotation: false,
             free_s: T::ZERO,
+            damped_s: T::ZERO,
+            since_damped_s: T::ZERO,
         }
     }
 }
@@ -134,6 +142,11 @@ const ROTATION_PROVEN_S: f64 = 0.2;
 /// the speed, is not forced: it stays free when it glides to where only the doubt reaches.
 /// The chatter of a face mill glides through four multiples in its first second.
 const FREE_PROVEN_S: f64 = 0.15;
+/// A mode is damped for certain where ζ less two deviations lies above this many thresholds; what
+/// was so for [`DAMPED_S`] loses its damping if it is undamped within [`LOST_S`], s.
+const SURELY_DAMPED: f64 = 2.0;
+const DAMPED_S: f64 = 1.0;
+const LOST_S: f64 = 1.0;
 /// A mode that jumps further than this (relative) is another one.
 pub const SAME_MODE: f64 = 0.03;
 
@@ -237,7 +250,24 @@ impl<T: Real> ModeTrack<T> {
             harmonic: reading.harmonic.filter(|_| lightly_damped),
             suspicion,
             evidence: reading.evidence,
+            was_damped: self.was_damped(reading.damping, config, period_s),
+            grew: reading.grew,
         }
+    }
+
+    /// Damped for certain for long enough, and that until a moment ago.
+    fn was_damped(&mut self, (damping, sd): (T, T), config: &AlarmConfig<T>, period_s: T) -> bool {
+        let least = config.threshold * T::from_f64(SURELY_DAMPED);
+        if damping - T::from_f64(2.0) * sd > least {
+            self.damped_s = (self.damped_s + period_s).min(T::from_f64(2.0 * DAMPED_S));
+            self.since_damped_s = T::ZERO;
+        } else {
+            self.since_damped_s += period_s;
+        }
+        if self.since_damped_s > T::from_f64(LOST_S) {
+            self.damped_s = T::ZERO;
+        }
+        self.damped_s >= T::from_f64(DAMPED_S)
     }
 
     /// The line moves too fast for one that is bound to the structure.

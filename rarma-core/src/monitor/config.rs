@@ -5,6 +5,7 @@ use crate::decide::AlarmConfig;
 use crate::estimate::{Gradient, RarmaConfig};
 use crate::order::Order;
 use crate::real::Real;
+use crate::verdict::{Listening, VerdictConfig, VerdictError};
 use serde::{Deserialize, Serialize};
 
 /// Everything a monitor needs to know. SI units; `f64` because it is read once.
@@ -38,6 +39,10 @@ pub struct MonitorConfig {
     pub random_walk: f64,
     /// Gradient of the estimator. Default: filtered (RPEM).
     pub gradient: Gradient,
+    /// The sampler has no anti-alias filter: multiples of the speed may lie folded anywhere.
+    pub aliased: bool,
+    /// Numbers of the verdict on lines.
+    pub verdict: VerdictConfig,
 }
 
 /// Shortest memory of the estimator, decimated samples.
@@ -66,6 +71,8 @@ pub enum MonitorError {
     RandomWalk,
     /// Full scale must be positive and finite.
     FullScale,
+    /// A number of the verdict is out of range.
+    Verdict(VerdictError),
 }
 
 impl MonitorConfig {
@@ -84,6 +91,8 @@ impl MonitorConfig {
             memory_s: 0.1,
             random_walk: 0.0,
             gradient: Gradient::Filtered,
+            aliased: false,
+            verdict: VerdictConfig::default(),
         }
     }
 
@@ -131,7 +140,7 @@ impl MonitorConfig {
         if self.full_scale.is_some_and(|x| !(x.is_finite() && x > 0.0)) {
             return Err(MonitorError::FullScale);
         }
-        Ok(())
+        self.verdict.check().map_err(MonitorError::Verdict)
     }
 
     /// Settings of the estimator at decimated rate `fs`.
@@ -143,6 +152,16 @@ impl MonitorConfig {
             random_walk: T::from_f64(self.random_walk),
             variance_gain: T::from_f64(1.0 / memory),
             ..RarmaConfig::default()
+        }
+    }
+
+    /// What the verdict on lines is told, at decimated rate `fs`.
+    pub(super) fn listening(&self, fs: f64) -> Listening {
+        Listening {
+            fs_hz: fs,
+            spindle_hz: self.spindle_hz.filter(|hz| *hz >= 0.1),
+            teeth: self.teeth.unwrap_or(1),
+            folding_hz: self.aliased.then_some(self.fs_hz),
         }
     }
 

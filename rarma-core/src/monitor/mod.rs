@@ -26,6 +26,7 @@ pub use spindle::{SpeedSource, SpindleReport};
 use crate::condition::{BandFilter, Fault, Health, HealthCounts};
 use crate::decide::{Alarm, Background, Histogram, IdleFinder, Onset, Places};
 use crate::real::Real;
+use crate::verdict::Verdict;
 use amplitude::AmplitudeWatch;
 use blind::Blindness;
 use slot::{Gains, Slot};
@@ -62,6 +63,9 @@ pub struct Monitor<T> {
     amplitude: AmplitudeWatch<T>,
     alarm: Alarm<T>,
     spindle: Spindle<T>,
+    sources: Verdict<T>,
+    /// The rate is high enough for lines.
+    hears_lines: bool,
     band: (T, T),
     idle_samples: Option<(u64, u64)>,
     fs: T,
@@ -100,8 +104,11 @@ impl<T: Real> Monitor<T> {
     pub fn push(&mut self, x: T) -> Option<Report<T>> {
         self.samples += 1;
         let good = self.health.admit(x);
-        let y = self.filter.process(good)?;
+        let (wide, y) = self.filter.process_both(good)?;
         if self.trusts_samples() {
+            if self.hears_lines {
+                self.sources.process(wide);
+            }
             self.listen(y);
         }
         self.until_decision = self.until_decision.checked_sub(1)?;
@@ -133,6 +140,7 @@ impl<T: Real> Monitor<T> {
             return Err(MonitorError::Spindle);
         }
         self.spindle.tell(spindle_hz);
+        self.sources.tell_speed(spindle_hz);
         Ok(())
     }
 

@@ -14,6 +14,7 @@ use super::{DECISION_PERIOD_S, MAX_MODES, Monitor, MonitorConfig, MonitorError, 
 use crate::condition::{BandFilter, Health};
 use crate::decide::{Alarm, AlarmConfig, Background, IdleFinder, Onset, Places};
 use crate::real::Real;
+use crate::verdict::Verdict;
 
 /// Smoothing of the band's power, s.
 const POWER_TAU_S: f64 = 0.03;
@@ -36,6 +37,8 @@ impl<T: Real> Monitor<T> {
             amplitude: AmplitudeWatch::new(1.0, 1.0),
             alarm: Alarm::new(AlarmConfig::default()),
             spindle: Spindle::default(),
+            sources: Verdict::BLANK,
+            hears_lines: false,
             band: (T::ZERO, T::ZERO),
             idle_samples: None,
             fs: T::ZERO,
@@ -76,6 +79,8 @@ impl<T: Real> Monitor<T> {
             amplitude,
             alarm,
             spindle,
+            sources,
+            hears_lines,
             band,
             idle_samples,
             fs: rate,
@@ -111,6 +116,8 @@ impl<T: Real> Monitor<T> {
         *amplitude = AmplitudeWatch::new(fs, period_s);
         *alarm = Alarm::new(config.alarm());
         spindle.restart(config, fs);
+        let told = config.listening(fs);
+        *hears_lines = sources.restart(&config.verdict, &told).is_ok();
         *band = (T::from_f64(analysed.low_hz), T::from_f64(analysed.high_hz));
         *idle_samples = config.idle_s.map(|(from, to)| {
             let sample = |t: f64| (t * config.fs_hz) as u64;

@@ -2,9 +2,12 @@
 
 use super::slot::{Slot, Surroundings};
 use super::{MAX_MODES, Monitor, Report};
-use crate::decide::{AlarmEvent, CUT_RATIO, Mode, Reading, Reason, SAME_MODE, Sight, State};
+use crate::decide::{
+    AlarmEvent, CUT_RATIO, Callers, Mode, Reading, Reason, SAME_MODE, Sight, State,
+};
 use crate::real::Real;
 use crate::spectrum::modal;
+use crate::verdict::Judgement;
 
 /// What a mode's share counts while no idle has been heard.
 const NO_IDLE: f64 = 0.33;
@@ -17,6 +20,8 @@ const LEAST_REST: f64 = 0.05;
 /// The last roots stand for the present ones for this long while they are searched
 /// for anew, s. They are found within milliseconds.
 pub(super) const LOST_HOLD_S: f64 = 0.1;
+/// A mode whose line the rotation makes with less than this chance may call.
+const FREE: f64 = 0.1;
 /// An alarm outlives bad samples for this long, s.
 const ALARM_HOLD_S: f64 = 1.0;
 /// The level means something from here on, s.
@@ -57,6 +62,9 @@ impl<T: Real> Monitor<T> {
         let begins = cutting && !was_in_cut && broad;
         self.spindle
             .decide(self.samples, cutting, begins, self.period_s);
+        if let Some(hz) = self.spindle.by_tacho() {
+            self.sources.tell_speed(hz);
+        }
 
         let mut modes = [None; MAX_MODES];
         if ready {
@@ -87,7 +95,11 @@ impl<T: Real> Monitor<T> {
         let mut event = AlarmEvent::None;
         let may_call = cutting && fault.is_none() && !self.onset.is_falling(self.power);
         if ready && !bad {
-            event = self.alarm.update(&modes, may_call, self.period_s);
+            let callers = Callers {
+                modes: &modes.map(|mode| may_call && mode.is_some_and(|mode| self.may_call(&mode))),
+                line_hz: self.called_line().filter(|_| fault.is_none()),
+            };
+            event = self.alarm.update(&modes, &callers, self.period_s);
         } else if self.alarm.standing().is_some() && self.fault_s > T::from_f64(ALARM_HOLD_S) {
             event = self.alarm.release();
         }
@@ -111,7 +123,7 @@ impl<T: Real> Monitor<T> {
                 (State::Stable, _) if self.blindness.is_blind() => {
                     (State::Warning, Reason::BlindAtMultiple)
                 }
-                (State::Stable, _) if self.may_hide_chatter() => {
+                (State::Stable, _) if self.may_hide_chatter() || self.is_unexplained() => {
                     (State::Warning, Reason::OriginUnknown)
                 }
                 (State::Stable, Reason::ForcedOnly) if self.spindle.is_entering() => {
@@ -133,6 +145,36 @@ impl<T: Real> Monitor<T> {
             standing: standing.map(|s| (s.frequency, s.lowest_damping)),
         };
         report.in_order(standing.map(|s| s.slot))
+    }
+
+    /// What the lines say, if somebody tells the speed and `told` asks for that.
+    fn lines_say(&self, told: bool) -> Option<&Judgement<T>> {
+        let says = self.hears_lines && self.spindle.is_told() == told;
+        says.then(|| self.sources.judgement())
+    }
+
+    /// The line that is called, Hz, where somebody tells the speed.
+    fn called_line(&self) -> Option<T> {
+        let said = self.lines_say(true)?;
+        said.chatter.then_some(said.f_hz)
+    }
+
+    /// A mode may call where nobody tells the speed; else one that loses its damping, and,
+    /// while no idle was heard to tell a line's level by, one that grew and whose line the
+    /// rotation does not make.
+    fn may_call(&self, mode: &Mode<T>) -> bool {
+        if !(self.hears_lines && self.spindle.is_told()) {
+            return true;
+        }
+        let forced = self.sources.forced_at(mode.frequency);
+        let is_free = forced.is_some_and(|forced| forced < T::from_f64(FREE));
+        mode.was_damped || (mode.grew && is_free && self.idle.idle_level().is_none())
+    }
+
+    /// Nobody tells the speed, and there is a line that would be called if the rotation did not
+    /// make it.
+    fn is_unexplained(&self) -> bool {
+        self.lines_say(false).is_some_and(|said| said.chatter)
     }
 
     /// A line that was removed as it stood, though it may be self-excited, is as loud as one

@@ -64,7 +64,7 @@ table! {
     5 TELL_HEALTH: Real "tell.health", "s", 0.1, 600.0, 1.0, AtOnce,
         "time between two health messages (deadlines, drops, counts)";
 
-    10 MONITOR_ORDER: Whole "monitor.order", "1", 0, 7, 6, NextMode,
+    10 MONITOR_ORDER: Whole "monitor.order", "1", 0, 7, 2, NextMode,
         "model order: 0 (2,1), 1 (2,2), 2 (4,3), 3 (4,4), 4 (6,5), 5 (6,6), 6 (8,7), 7 (8,8)";
     11 MONITOR_BAND_LOW: Real "monitor.band-low", "Hz", 10.0, 10000.0, 300.0, NextMode,
         "lower edge of the band that is analysed";

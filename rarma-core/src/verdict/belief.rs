@@ -17,6 +17,8 @@ pub(super) const SPEEDS: usize = 501;
 const LEAST_PRIOR: f64 = -30.0;
 /// The same once the comb has left its place: the control has changed the speed.
 const LEAST_MOVED: f64 = -3.0;
+/// While the speed is turned, the speeds are taken about the believed one once it is so far off.
+const FAR: f64 = 0.1;
 /// What the lines say is forgotten in this time, s.
 const MEMORY_S: f64 = 0.5;
 /// Windows that count as independent within that time.
@@ -39,7 +41,7 @@ const WORD: (f64, f64) = (0.0, 0.3);
 /// Images of a sampler that folds.
 const FOLDS: u32 = 4;
 /// What a folded line may be: on teeth, on turns, folded of teeth, folded of turns.
-const FOLDED: [f64; 4] = [0.5, 0.2, 0.2, 0.1];
+const FOLDED: (f64, f64, f64, f64) = (0.5, 0.2, 0.2, 0.1);
 
 /// The belief.
 #[derive(Debug, Clone)]
@@ -103,6 +105,7 @@ impl<T: Real> Belief<T> {
     ) {
         // The rest is set by the prior, and by what is heard.
         self.heard.fill(T::ZERO);
+        self.mixed.fill(T::ZERO);
         self.told_hz = T::from_f64(told_hz);
         self.teeth = T::from_u32(listening.teeth);
         self.folding_hz = listening.folding_hz.map(T::from_f64);
@@ -132,6 +135,27 @@ impl<T: Real> Belief<T> {
         self.told_hz = told_hz;
         self.least = T::from_f64(LEAST_PRIOR);
         self.prior_sum = self.prior_sums.0;
+    }
+
+    /// The speed is being turned, away from the told one: the speeds go with it.
+    pub(super) fn go_along(&mut self) {
+        if self.mean.abs() < T::from_f64(FAR) {
+            return;
+        }
+        let steps = (self.mean * T::from_f64(1.0 / STEP)).round();
+        self.told_hz *= (steps * T::from_f64(STEP)).exp();
+        let by = (steps.abs().to_f32() as usize).min(SPEEDS - 1);
+        for n in 0..SPEEDS {
+            let (i, from) = if steps > T::ZERO {
+                (n, n + by)
+            } else {
+                (SPEEDS - 1 - n, (SPEEDS - 1 - n).wrapping_sub(by))
+            };
+            // At the end that comes in nothing else is known.
+            if let Some(heard) = self.heard.get(from).copied() {
+                self.heard[i] = heard;
+            }
+        }
     }
 
     /// The comb has left its place: the told speed is that of before.
@@ -227,9 +251,14 @@ impl<T: Real> Belief<T> {
         let own = T::from_f64(INDEPENDENT) * weight * known;
         let nowhere = (-own * off.ln()).exp();
         let (mut sum, mut on) = (T::ZERO, T::ZERO);
+        let has_spoken = weight > T::ZERO;
         for (chance, mixed) in self.chance.iter().zip(&self.mixed) {
             if *mixed > T::ZERO {
-                let back = *chance * (-own * (off + T::from_f64(FORCED) * *mixed).ln()).exp();
+                let back = if has_spoken {
+                    *chance * (-own * (off + T::from_f64(FORCED) * *mixed).ln()).exp()
+                } else {
+                    *chance
+                };
                 sum += back;
                 on += back * *mixed;
             } else {
@@ -260,14 +289,16 @@ impl<T: Real> Belief<T> {
             }
             return;
         };
-        let part = |i: usize, n: u32| T::from_f64(FOLDED[i] / f64::from(n));
-        self.comb(f_hz, teeth, part(0, 1));
-        self.comb(f_hz, one, part(1, 1));
+        let folds = T::from_u32(2 * FOLDS);
+        let on_teeth = T::from_f64(FOLDED.2) / folds;
+        let on_turns = T::from_f64(2.0 * FOLDED.3) / folds;
+        self.comb(f_hz, teeth, T::from_f64(FOLDED.0));
+        self.comb(f_hz, one, T::from_f64(FOLDED.1));
         for m in 1..=FOLDS {
             for image in [rate * T::from_u32(m) - f_hz, rate * T::from_u32(m) + f_hz] {
-                self.comb(image, teeth, part(2, 2 * FOLDS));
+                self.comb(image, teeth, on_teeth);
                 if m <= FOLDS / 2 {
-                    self.comb(image, one, part(3, FOLDS));
+                    self.comb(image, one, on_turns);
                 }
             }
         }
@@ -293,26 +324,32 @@ impl<T: Real> Belief<T> {
             .round()
             .max(T::ONE);
         let high = weight * spacing / (self.sd_hz * T::from_f64(2.5066));
-        let to_index = |u: T| {
-            ((u + span) * T::from_f64(1.0 / STEP)).clamp(T::ZERO, T::from_u32(SPEEDS as u32 - 1))
-        };
+        let at = |u: T| (u + span) * T::from_f64(1.0 / STEP);
+        let to_index = |u: T| at(u).clamp(T::ZERO, T::from_u32(SPEEDS as u32 - 1));
         while k <= last {
             // Speeds whose k-th multiple lies near the line.
             let u = (order / k).ln();
             let from = (to_index(u - reach) + T::from_f64(0.499)).round().to_f32() as usize;
             let to = (to_index(u + reach) - T::from_f64(0.499)).round().to_f32() as usize;
-            let line = k * spacing;
-            for i in from..=to.min(SPEEDS - 1) {
-                let r = (f_hz - line * Self::u(i).exp()) / self.sd_hz;
-                self.mixed[i] += high * self.scale(i) * (T::from_f64(-0.5) * r * r).exp();
+            if let Some(near) = self.mixed.get_mut(from..=to.min(SPEEDS - 1))
+                && !near.is_empty()
+            {
+                // e^(−r²/2) at equal steps of r, each from the one before. r = (f − kfₙ)/sd is as
+                // good as straight within the reach.
+                let first = T::from_f64(STEP) * (T::from_u32(from as u32) - at(u)) * f_hz;
+                let (r, dr) = (first / self.sd_hz, T::from_f64(STEP) * f_hz / self.sd_hz);
+                let half = T::from_f64(-0.5);
+                let mut bell = high * (T::ONE + Self::u(from)) * (half * r * r).exp();
+                let mut ratio = (half * dr * (r + r + dr)).exp();
+                let bend = (-dr * dr).exp();
+                for mixed in near {
+                    *mixed += bell;
+                    bell *= ratio;
+                    ratio *= bend;
+                }
             }
             k += T::ONE;
         }
-    }
-
-    /// Spacing at a speed over that at the told one.
-    fn scale(&self, i: usize) -> T {
-        T::ONE + Self::u(i)
     }
 }
 

@@ -38,6 +38,11 @@ impl<T: Real> Caller<T> {
         }
     }
 
+    /// So much evidence is enough.
+    pub(super) fn would_call(&self, evidence: T) -> bool {
+        evidence > self.call
+    }
+
     /// The largest sum of evidence after a window; whether chatter is called.
     pub fn hear(&mut self, evidence: T) -> bool {
         self.silent = if evidence > self.release {
@@ -48,7 +53,7 @@ impl<T: Real> Caller<T> {
         self.stands = if self.stands {
             self.silent <= OUTLIVES
         } else {
-            evidence > self.call
+            self.would_call(evidence)
         };
         self.stands
     }

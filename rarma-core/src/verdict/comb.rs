@@ -15,6 +15,8 @@ const EMPTY: f64 = 0.3;
 const MEMORY_S: f64 = 1.0;
 /// They must be gone for so many windows: one may be an entry or an exit.
 const WINDOWS: u8 = 2;
+/// The speed is being turned where lines that glide hold this part of the power.
+const TURNING: f64 = 0.5;
 /// While the new speed is looked for nothing is called, s.
 const SETTLING_S: f64 = 1.0;
 
@@ -27,6 +29,8 @@ pub(super) struct Powers<T> {
     pub(super) at_multiples: Option<T>,
     /// Of the band.
     pub(super) total: T,
+    /// Of the lines that glide.
+    pub(super) gliding: T,
 }
 
 /// The rotation's lines over time.
@@ -56,7 +60,13 @@ impl<T: Real> Comb<T> {
 
     /// Takes a window; whether the lines have just gone.
     pub(super) fn leaves(&mut self, now: &Powers<T>) -> bool {
-        if self.is_settling() {
+        let was_settling = self.is_settling();
+        if now.gliding > T::from_f64(TURNING) * now.total {
+            self.gone = 0;
+            self.settling_s = T::from_f64(SETTLING_S);
+            return !was_settling;
+        }
+        if was_settling {
             self.settling_s -= T::from_f64(HOP_S);
             if !self.is_settling() {
                 self.explained = now.explained;
@@ -103,6 +113,7 @@ mod tests {
             explained,
             at_multiples: Some(at_multiples),
             total,
+            gliding: 0.0,
         };
         (0..10).any(|_| comb.leaves(&powers))
     }
@@ -148,6 +159,7 @@ mod tests {
             explained: 0.1,
             at_multiples: Some(0.1),
             total: 1.3,
+            gliding: 0.0,
         });
     }
 }

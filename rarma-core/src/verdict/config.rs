@@ -103,7 +103,7 @@ numbers! {
     /// lg of the level over the loudest heard, below which it speaks against.
     level: -0.17, -3.0..=0.0;
     /// Standard deviation of a told speed, as a part of it.
-    told_sd: 0.015, 0.001..=0.03;
+    told_sd: 0.01, 0.001..=0.03;
     /// Part of the forced lines that lie on multiples of the teeth, not only of the turn.
     on_teeth: 0.7, 0.3..=1.0;
     /// Multiple of the tooth frequency from which on forced lines become rare.

@@ -99,9 +99,9 @@ impl<T: Real> Weigher<T> {
             None => self.unheard_idle_db,
         };
         let over = over.clamp(T::ZERO, of(30.0)) / of(10.0);
-        let free = sight.free.map_or(T::ZERO, |free| {
-            self.free_weight * free.clamp(of(-5.0), self.free_most)
-        });
+        // Nobody knows of a rotation: as if it made none of this.
+        let free = sight.free.unwrap_or(self.free_most);
+        let free = self.free_weight * free.clamp(of(-5.0), self.free_most);
         let sum = self.belief + free
             - penalty(self.part_of_rest - sight.part_of_rest)
             - sharp * penalty(self.part_of_all - sight.part_of_all)

@@ -268,9 +268,14 @@ impl<T: Real> Frame<T> {
         sum
     }
 
+    /// The least level is learnt.
+    pub(super) fn learns_idle(&self) -> bool {
+        self.windows > self.settled
+    }
+
     /// Level of a line of this power over what was there at idle, dB, where that is known.
     pub(super) fn over_idle_db(&self, bin: usize, power: T) -> Option<T> {
-        if self.windows <= self.settled {
+        if !self.learns_idle() {
             return None;
         }
         let mut sum = T::from_f64(1e-30);

@@ -3,7 +3,7 @@
 
 use super::comb::Powers;
 use super::evidence::Sight;
-use super::lines::Line;
+use super::lines::{CANDIDATES, Line};
 use super::{Judgement, Verdict};
 use crate::real::Real;
 
@@ -24,10 +24,23 @@ const PARTS: (f64, f64) = (0.003, 0.995);
 /// A line counts for the family in full from this part of it on.
 const OWN: f64 = 1.0 / 3.0;
 
+/// What is the same for every line of a window.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Scene<T> {
+    /// Power of the band, and of the lines that the rotation explains.
+    total: T,
+    explained: T,
+    /// What the rotation leaves.
+    rest: T,
+    spacing_hz: Option<T>,
+    level: T,
+    range: T,
+}
+
 impl<T: Real> Verdict<T> {
     /// Spacing of sidebands that can be told apart.
     fn spacing_hz(&self) -> Option<T> {
-        let belief = self.belief.as_ref()?;
+        let belief = self.belief()?;
         let apart = self.resolution_hz * T::from_f64(TOLD_APART);
         let turn = belief.turn_hz();
         let tooth = turn * belief.teeth();
@@ -67,7 +80,7 @@ impl<T: Real> Verdict<T> {
 
     /// Power at the multiples of the believed speed, where they can be told apart.
     fn at_multiples(&self) -> Option<T> {
-        let belief = self.belief.as_ref()?;
+        let belief = self.belief()?;
         let apart = self.resolution_hz * T::from_f64(APART);
         let turn = belief.turn_hz();
         let tooth = turn * belief.teeth();
@@ -84,17 +97,24 @@ impl<T: Real> Verdict<T> {
 
     /// Whether the speed is looked for anew.
     fn follow_speed(&mut self, explained: T) -> bool {
+        let mut gliding = T::ZERO;
+        for (k, line) in self.lines.candidates().iter().enumerate() {
+            if self.tracks.of(k).slope.abs() > self.glide {
+                gliding += line.power * (T::ONE - self.forced[k.min(CANDIDATES - 1)]);
+            }
+        }
         let powers = Powers {
             explained,
             at_multiples: self.at_multiples(),
             total: self.frame.total,
+            gliding,
         };
-        let Some(belief) = &mut self.belief else {
+        if !self.is_told {
             return false;
-        };
+        }
         let was_settling = self.comb.is_settling();
         if self.comb.leaves(&powers) {
-            belief.moved();
+            self.belief.moved();
         }
         let is_settling = self.comb.is_settling();
         if is_settling != was_settling {
@@ -104,48 +124,71 @@ impl<T: Real> Verdict<T> {
         is_settling
     }
 
-    pub(super) fn judge(&mut self) {
+    /// What is the same for every line of a window.
+    pub(super) fn look_around(&self) -> Scene<T> {
         let of = T::from_f64;
         let total = self.frame.total;
         let mut explained = T::ZERO;
         for (line, forced) in self.lines.candidates().iter().zip(self.forced) {
             explained += line.power * forced;
         }
-        let is_settling = self.follow_speed(explained);
-        let rest = (total - explained).max(of(LEAST_REST) * total);
         let lg = |x: T| (x + of(1e-30)).ln() * of(core::f64::consts::LOG10_E);
-        let level = lg(total / self.loudest).clamp(of(-2.0), T::ZERO);
-        let range = lg(self.loudest / (self.quietest + of(1e-30)));
-        let spacing_hz = self.spacing_hz();
+        Scene {
+            total,
+            explained,
+            rest: (total - explained).max(of(LEAST_REST) * total),
+            spacing_hz: self.spacing_hz(),
+            level: lg(total / self.loudest).clamp(of(-2.0), T::ZERO),
+            range: lg(self.loudest / (self.quietest + of(1e-30))),
+        }
+    }
+
+    /// What is seen of candidate `k`, the power of its family, and the frequency of the strongest
+    /// of it.
+    pub(super) fn see(&self, k: usize, line: &Line<T>, scene: &Scene<T>) -> (Sight<T>, (T, T)) {
+        let of = T::from_f64;
+        let k = k.min(CANDIDATES - 1);
         let log_odds = |part: T| (part / (T::ONE - part)).ln();
+        let (family, f_hz) = self.family(line, scene.spacing_hz);
+        let own = line.power * (T::ONE - self.forced[k]) / (family + of(1e-30));
+        let counts = (own * of(1.0 / OWN)).min(T::ONE);
+        let part = |of_what: T| {
+            let part = (family.min(of_what) / of_what).clamp(of(PARTS.0), of(PARTS.1));
+            log_odds((part * counts).max(of(PARTS.0)))
+        };
+        let sight = Sight {
+            free: self.is_told.then_some(-self.odds[k]),
+            part_of_rest: part(scene.rest),
+            part_of_all: part(scene.total),
+            over_idle_db: self.frame.over_idle_db(line.bin, line.power),
+            fluctuation: self.fluctuation[k],
+            level: scene.level,
+            range: scene.range,
+        };
+        (sight, (family, f_hz))
+    }
+
+    pub(super) fn judge(&mut self) {
+        let of = T::from_f64;
+        let scene = self.look_around();
+        let is_settling = self.follow_speed(scene.explained);
         let mut best: Option<Judgement<T>> = None;
-        for k in 0..self.lines.candidates().len() {
-            let line = self.lines.candidates()[k];
-            let free = self.belief.as_ref().map(|_| -self.odds[k]);
-            let (family, f_hz) = self.family(&line, spacing_hz);
-            let own = line.power * (T::ONE - self.forced[k]) / (family + of(1e-30));
-            let counts = (own * of(1.0 / OWN)).min(T::ONE);
-            let part = |of_what: T| {
-                let part = (family.min(of_what) / of_what).clamp(of(PARTS.0), of(PARTS.1));
-                log_odds((part * counts).max(of(PARTS.0)))
-            };
-            let over_idle_db = self.frame.over_idle_db(line.bin, line.power);
-            let sight = Sight {
-                free,
-                part_of_rest: part(rest),
-                part_of_all: part(total),
-                over_idle_db,
-                fluctuation: self.fluctuation[k],
-                level,
-                range,
-            };
+        let mut next = 0;
+        while let Some(line) = self.lines.candidates().get(next).copied() {
+            let k = next.min(CANDIDATES - 1);
+            next += 1;
+            let (sight, (family, f_hz)) = self.see(k, &line, &scene);
             let mut evidence = self.weigher.weigh(&sight);
             let track = self.tracks.of(k);
             if is_settling || track.slope.abs() > self.glide {
                 evidence = evidence.min(T::ZERO);
             }
-            let over = over_idle_db.unwrap_or(of(10.0)).clamp(T::ZERO, of(30.0)) / of(10.0);
-            let free_odds = free.unwrap_or(T::ZERO).clamp(of(-5.0), of(5.0));
+            let over = sight
+                .over_idle_db
+                .unwrap_or(of(10.0))
+                .clamp(T::ZERO, of(30.0))
+                / of(10.0);
+            let free_odds = sight.free.unwrap_or(T::ZERO).clamp(of(-5.0), of(5.0));
             track.evidence = self.weigher.add(track.evidence, evidence);
             track.suspect([sight.part_of_rest, free_odds, over]);
             if best.is_none_or(|best| track.evidence > best.evidence) {
@@ -153,9 +196,9 @@ impl<T: Real> Verdict<T> {
                     evidence: track.evidence,
                     f_hz,
                     chatter: false,
-                    forced: free.map(|_| self.forced[k]),
-                    part: family / total,
-                    over_idle_db,
+                    forced: sight.free.map(|_| self.forced[k]),
+                    part: family / scene.total,
+                    over_idle_db: sight.over_idle_db,
                     spindle_hz: None,
                 });
             }
@@ -165,8 +208,7 @@ impl<T: Real> Verdict<T> {
             ..Judgement::NONE
         });
         now.spindle_hz = self
-            .belief
-            .as_ref()
+            .belief()
             .map(|belief| (belief.turn_hz(), belief.turn_hz() * belief.sd()));
         now.chatter = self.caller.hear(now.evidence);
         self.last = now;

@@ -9,9 +9,9 @@ pub(super) const MORE: usize = 6;
 pub(super) const LINES: usize = CANDIDATES + MORE;
 /// Peaks that are looked through for them.
 const PEAKS: usize = 32;
-/// A peak nearer than this many half widths to one of which it has less than this part is
+/// A peak nearer than so many quarter widths to one of which it has less than this part is
 /// the window's doing.
-const LEAK: (f64, f64) = (2.5, 0.02);
+const LEAK: (usize, f64) = (5, 0.02);
 /// The speed is told by lines up to this multiple of it; they stand this far over the
 /// band's mean logarithm.
 const FIRST_TURNS: f64 = 12.0;
@@ -45,17 +45,19 @@ impl<T: Real> Strongest<T> {
     };
 
     fn take(&mut self, bin: usize, power: T) {
-        let full = self.count == PEAKS;
-        if full && power <= self.peaks[PEAKS - 1].1 {
+        if self.count == PEAKS && power <= self.peaks[PEAKS - 1].1 {
             return;
         }
-        let mut at = if full { PEAKS - 1 } else { self.count };
-        self.count = (self.count + 1).min(PEAKS);
-        while at > 0 && self.peaks[at - 1].1 < power {
-            self.peaks[at] = self.peaks[at - 1];
-            at -= 1;
+        let weaker = |(_, least): &(usize, T)| *least < power;
+        let at = self.iter().take_while(|peak| !weaker(peak)).count();
+        let Some(after) = self.peaks.get_mut(at..) else {
+            return;
+        };
+        let mut moved = (bin, power);
+        for place in after {
+            core::mem::swap(place, &mut moved);
         }
-        self.peaks[at] = (bin, power);
+        self.count = (self.count + 1).min(PEAKS);
     }
 
     fn iter(&self) -> impl Iterator<Item = (usize, T)> + '_ {
@@ -115,28 +117,34 @@ impl<T: Real> Lines<T> {
         }
     }
 
+    /// Takes a peak, unless a line has it already.
+    fn add(&mut self, frame: &Frame<T>, bin: usize, p: T, floor: T) {
+        if is_apart(self.all(), frame, bin, p)
+            && let Some(place) = self.lines.get_mut(self.count)
+        {
+            *place = line(frame, bin, floor);
+            self.count += 1;
+        }
+    }
+
     /// Picks the lines among the peaks.
     pub(super) fn pick(&mut self, frame: &Frame<T>) {
         self.count = 0;
         let floor = frame.mean_ln.exp() * T::from_f64(STANDS_OUT);
-        for (bin, p) in self.strongest.iter() {
+        let strongest = self.strongest;
+        for (bin, p) in strongest.iter() {
             if self.count == CANDIDATES {
                 break;
             }
-            if is_apart(&self.lines[..self.count], frame, bin, p) {
-                self.lines[self.count] = line(frame, bin, floor);
-                self.count += 1;
-            }
+            self.add(frame, bin, p, floor);
         }
         self.candidates = self.count;
-        for (bin, p) in self.first_turns.iter() {
+        let first_turns = self.first_turns;
+        for (bin, p) in first_turns.iter() {
             if self.count >= self.candidates + MORE || p <= floor {
                 break;
             }
-            if is_apart(&self.lines[..self.count], frame, bin, p) {
-                self.lines[self.count] = line(frame, bin, floor);
-                self.count += 1;
-            }
+            self.add(frame, bin, p, floor);
         }
     }
 }
@@ -145,7 +153,7 @@ impl<T: Real> Lines<T> {
 fn is_apart<T: Real>(picked: &[Line<T>], frame: &Frame<T>, bin: usize, p: T) -> bool {
     picked.iter().all(|other| {
         let apart = bin.abs_diff(other.bin);
-        let near = (apart as f64) < LEAK.0 * frame.half as f64;
+        let near = 2 * apart < LEAK.0 * frame.half;
         apart > frame.half && !(near && p < frame.power(other.bin) * T::from_f64(LEAK.1))
     })
 }

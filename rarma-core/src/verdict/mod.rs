@@ -51,6 +51,8 @@ const VOTES: (f64, f64) = (6.0, 1.5);
 /// A line so many decibels below the strongest tells half as much of the speed, and the width
 /// of the step: where there is one strong line, peaks of the noise would tell all of it.
 const CLEAR: (f64, f64) = (45.0, 5.0);
+/// ln(S + 0.01) of a line whose power does not fluctuate at all.
+const QUITE_STEADY: f64 = -4.6;
 /// Smoothing of the quietest level, s, and forgetting of the loudest in a window.
 const LEVEL_S: f64 = 0.3;
 const LOUDEST: f64 = 0.999;
@@ -119,7 +121,9 @@ pub struct Verdict<T> {
     frame: Frame<T>,
     lines: Lines<T>,
     tracks: Tracks<T>,
-    belief: Option<Belief<T>>,
+    belief: Belief<T>,
+    /// Somebody has told the speed.
+    is_told: bool,
     steadiness: Steadiness<T>,
     weigher: Weigher<T>,
     stage: Stage,
@@ -160,7 +164,8 @@ impl<T: Real> Verdict<T> {
         frame: Frame::BLANK,
         lines: Lines::BLANK,
         tracks: Tracks::BLANK,
-        belief: None,
+        belief: Belief::BLANK,
+        is_told: false,
         steadiness: Steadiness::BLANK,
         weigher: Weigher::BLANK,
         stage: Stage::Wait,
@@ -214,6 +219,7 @@ impl<T: Real> Verdict<T> {
             lines,
             tracks,
             belief,
+            is_told,
             steadiness,
             weigher,
             stage,
@@ -243,18 +249,9 @@ impl<T: Real> Verdict<T> {
             + 4;
         *until = frame.window;
         *pace = (slices as f64 / (BUSY * frame.hop as f64)) as usize + 1;
-        match listening.spindle_hz {
-            Some(told_hz) => {
-                // Large: put there blank, and begun in its place.
-                if belief.is_none() {
-                    *belief = Some(Belief::BLANK);
-                }
-                if let Some(belief) = belief {
-                    belief.restart(config, told_hz, listening, *resolution_hz);
-                }
-            }
-            None => *belief = None,
-        }
+        *is_told = listening.spindle_hz.is_some();
+        let told_hz = listening.spindle_hz.unwrap_or(1.0);
+        belief.restart(config, told_hz, listening, *resolution_hz);
         *lines = Lines::BLANK;
         *tracks = Tracks::BLANK;
         *steadiness = Steadiness::BLANK;
@@ -276,14 +273,34 @@ impl<T: Real> Verdict<T> {
         Ok(())
     }
 
-    /// The speed changes, as a control tells it.
+    /// The speed as a control tells it, Hz: for the first time, or anew.
     pub fn tell_speed(&mut self, spindle_hz: T) {
-        if let Some(belief) = &mut self.belief
-            && spindle_hz.is_finite()
-            && spindle_hz > T::from_f64(0.1)
-        {
-            belief.tell(spindle_hz);
+        if spindle_hz.is_finite() && spindle_hz > T::from_f64(0.1) {
+            self.belief.tell(spindle_hz);
+            self.is_told = true;
         }
+    }
+
+    /// The belief, where somebody has told a speed.
+    fn belief(&self) -> Option<&Belief<T>> {
+        self.is_told.then_some(&self.belief)
+    }
+
+    /// Chance that the rotation makes the line at this frequency, Hz; none where no strong line
+    /// is, or while the speed is looked for.
+    pub fn forced_at(&self, f_hz: T) -> Option<T> {
+        if !self.is_told || self.comb.is_settling() {
+            return None;
+        }
+        let candidates = self.lines.candidates().iter().zip(self.forced);
+        let mut nearest = (self.resolution_hz, None);
+        for (line, forced) in candidates {
+            let apart = (line.f_hz - f_hz).abs();
+            if apart < nearest.0 {
+                nearest = (apart, Some(forced));
+            }
+        }
+        nearest.1
     }
 
     /// The last judgement.
@@ -325,7 +342,7 @@ impl<T: Real> Verdict<T> {
                 Stage::Scan(self.frame.bins.0)
             }
             Stage::Scan(bin) => {
-                let turn_hz = self.belief.as_ref().map(Belief::turn_hz);
+                let turn_hz = self.belief().map(Belief::turn_hz);
                 self.lines.scan(&self.frame, bin, bin + SCANNED, turn_hz);
                 if bin + SCANNED < self.frame.bins.1 {
                     Stage::Scan(bin + SCANNED)
@@ -343,8 +360,11 @@ impl<T: Real> Verdict<T> {
             }
             Stage::Hear(k) => self.hear(k),
             Stage::Settle => {
-                if let Some(belief) = &mut self.belief {
-                    belief.settle();
+                if self.is_told {
+                    if self.comb.is_settling() {
+                        self.belief.go_along();
+                    }
+                    self.belief.settle();
                 }
                 Stage::Forced(0)
             }
@@ -362,18 +382,22 @@ impl<T: Real> Verdict<T> {
         self.loudest = (self.loudest * T::from_f64(LOUDEST)).max(level);
         if self.smooth == T::ZERO {
             self.smooth = level;
-            self.quietest = level;
         }
         self.smooth += T::from_f64(HOP_S / LEVEL_S) * (level - self.smooth);
-        self.quietest = self.quietest.min(self.smooth);
+        self.quietest = if self.frame.learns_idle() {
+            self.quietest.min(self.smooth)
+        } else {
+            self.smooth
+        };
     }
 
     /// How much each line's word for the speed weighs: a line of the background has none, and
     /// a suspect, its sidebands and its double have none.
     fn weigh_votes(&mut self) {
-        let Some(belief) = &mut self.belief else {
+        if !self.is_told {
             return;
-        };
+        }
+        let belief = &mut self.belief;
         let (turn, teeth) = (belief.turn_hz(), belief.teeth());
         let two = T::from_f64(2.0);
         let candidates = self.lines.candidates().len();
@@ -420,16 +444,16 @@ impl<T: Real> Verdict<T> {
     }
 
     fn hear(&mut self, k: usize) -> Stage {
-        let (Some(belief), Some(line)) = (&mut self.belief, self.lines.all().get(k)) else {
+        let Some(line) = self.lines.all().get(k).filter(|_| self.is_told) else {
             return Stage::Settle;
         };
         let weight = self.weights[k.min(LINES - 1)];
         if weight > T::from_f64(1e-3) {
             let mut sum = T::ZERO;
-            for weight in &self.weights[..self.lines.all().len()] {
+            for (weight, _) in self.weights.iter().zip(self.lines.all()) {
                 sum += *weight;
             }
-            belief.hear(line.f_hz, weight, sum);
+            self.belief.hear(line.f_hz, weight, sum);
         }
         Stage::Hear(k + 1)
     }
@@ -438,14 +462,15 @@ impl<T: Real> Verdict<T> {
         let Some(line) = self.lines.candidates().get(k) else {
             return self.begin_steadiness(0);
         };
-        let (forced, odds) = match &mut self.belief {
-            Some(belief) => {
-                let track = self.tracks.of(k);
-                let weight = self.weights[k.min(LINES - 1)];
-                let odds = track.forced(belief.forced(line.f_hz, weight, track.age_s));
-                (sigmoid(odds), odds)
-            }
-            None => (T::ZERO, T::ZERO),
+        let (forced, odds) = if self.is_told {
+            let track = self.tracks.of(k);
+            let weight = self.weights[k.min(LINES - 1)];
+            let is_called = self.caller.would_call(track.evidence);
+            let odds = self.belief.forced(line.f_hz, weight, track.age_s);
+            let odds = track.forced(odds, is_called);
+            (sigmoid(odds), odds)
+        } else {
+            (T::ZERO, T::ZERO)
         };
         let k = k.min(CANDIDATES - 1);
         self.forced[k] = forced;
@@ -453,14 +478,23 @@ impl<T: Real> Verdict<T> {
         Stage::Forced(k + 1)
     }
 
-    fn begin_steadiness(&mut self, k: usize) -> Stage {
-        match self.lines.candidates().get(k) {
-            Some(line) => {
+    /// The next candidate whose steadiness matters: one that has no evidence, and would gain
+    /// none if it were quite steady, stays where it is.
+    fn begin_steadiness(&mut self, first: usize) -> Stage {
+        let scene = self.look_around();
+        let mut k = first;
+        while let Some(line) = self.lines.candidates().get(k).copied() {
+            let (mut sight, _) = self.see(k, &line, &scene);
+            sight.fluctuation = T::from_f64(QUITE_STEADY);
+            let most = self.weigher.weigh(&sight);
+            if most > T::ZERO || self.tracks.of(k).evidence > self.weigher.doubt() {
                 self.steadiness.begin(self.angle * line.f_hz);
-                Stage::Steady(k)
+                return Stage::Steady(k);
             }
-            None => Stage::Judge,
+            self.fluctuation[k.min(CANDIDATES - 1)] = T::ZERO;
+            k += 1;
         }
+        Stage::Judge
     }
 
     fn watch_steadiness(&mut self, k: usize) -> Stage {

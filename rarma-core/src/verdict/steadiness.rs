@@ -3,9 +3,10 @@
 use super::frame::{Frame, SEGMENTS};
 use crate::real::Real;
 
-/// Segments of one look, and their weights: a Hann window in four steps.
+/// Segments of one look, and the weights of the outer and the inner ones: a Hann window in four
+/// steps.
 const LOOK: usize = 4;
-const WEIGHTS: [f64; LOOK] = [0.146, 0.854, 0.854, 0.146];
+const WEIGHTS: (f64, f64) = (0.146, 0.854);
 
 /// S = Var V/E²V of a line's power V in thirteen looks of a quarter window: 1 for a mode
 /// that noise rings and the window is long enough for, 0 for a line that stands.
@@ -56,12 +57,11 @@ impl<T: Real> Steadiness<T> {
     pub(super) fn value(&self) -> T {
         let mut powers = [T::ZERO; SEGMENTS - LOOK + 1];
         let mut mean = T::ZERO;
+        let (outer, inner) = (T::from_f64(WEIGHTS.0), T::from_f64(WEIGHTS.1));
         for (power, look) in powers.iter_mut().zip(self.sums.windows(LOOK)) {
-            let (mut re, mut im) = (T::ZERO, T::ZERO);
-            for (sum, weight) in look.iter().zip(WEIGHTS) {
-                re += sum.0 * T::from_f64(weight);
-                im += sum.1 * T::from_f64(weight);
-            }
+            let [a, b, c, d] = look else { continue };
+            let re = outer * (a.0 + d.0) + inner * (b.0 + c.0);
+            let im = outer * (a.1 + d.1) + inner * (b.1 + c.1);
             *power = re * re + im * im;
             mean += *power;
         }

@@ -15,8 +15,8 @@ const TOLERANCE: f64 = 0.02;
 
 /// The chip's flash for the image, and its memory: the memory map's.
 const FLASH_BYTES: u64 = 480 * 1024;
-const STACK_BYTES: u64 = 70 * 1024;
-const STATIC_BYTES: u64 = 58 * 1024;
+const STACK_BYTES: u64 = 34 * 1024;
+const STATIC_BYTES: u64 = 94 * 1024;
 
 /// Samples a second, and millions of the core's cycles: no instruction takes less than one.
 const SAMPLES_PER_S: f64 = 48_000.0;

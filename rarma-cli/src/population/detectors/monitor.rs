@@ -79,6 +79,8 @@ fn at(recording: &Recording, threshold: f64) -> Result<Said, Failure> {
         threshold,
         spindle_hz: recording.speed.first_hz(),
         teeth: recording.teeth,
+        aliased: recording.aliased,
+        verdict: recording.numbers,
         ..config(recording)
     };
     run(recording, config, |message| match message {

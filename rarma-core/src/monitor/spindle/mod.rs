@@ -305,6 +305,16 @@ impl<T: Real> Spindle<T> {
         }
     }
 
+    /// Speed by the tacho, Hz.
+    pub(super) fn by_tacho(&self) -> Option<T> {
+        self.tacho_reading.map(|(hz, _)| hz)
+    }
+
+    /// Somebody tells the speed: a setting that the sound has not denied, or the tacho.
+    pub(super) fn is_told(&self) -> bool {
+        (self.setting.is_some() && !self.is_denied()) || self.tacho_reading.is_some()
+    }
+
     /// The lines are removed, those of a comb in doubt, too.
     pub(super) fn is_locked(&self) -> bool {
         let lines = self.lines.as_ref();

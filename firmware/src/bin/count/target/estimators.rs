@@ -8,6 +8,7 @@ use rarma_core::condition::{
 use rarma_core::estimate::{RarmaConfig, RecursiveArma};
 use rarma_core::monitor::{Monitor, MonitorConfig};
 use rarma_core::spectrum::{FactorTracker, modal};
+use rarma_core::verdict::{Listening, Verdict, VerdictConfig};
 
 macro_rules! order_kernels {
     ($($update:ident, $roots:ident, $chain:ident, $p:literal, $q:literal, $n:literal;)*) => {
@@ -142,6 +143,31 @@ impl Kernel for Finder {
     fn step(&mut self, y: f32) -> f32 {
         let y = self.1.next(y);
         f32::from(u8::from(self.0.push(y).is_some()))
+    }
+}
+
+/// The verdict by lines with a told speed, per decimated sample.
+pub struct ByLines(Verdict<f32>, Cut);
+
+impl Kernel for ByLines {
+    const NAME: &'static str = "verdict by lines, speed told";
+    fn new() -> Self {
+        let listening = Listening {
+            fs_hz: 6000.0,
+            spindle_hz: Some(76.4),
+            teeth: 5,
+            folding_hz: None,
+        };
+        match Verdict::new(&VerdictConfig::default(), &listening) {
+            Ok(verdict) => Self(verdict, Cut(0)),
+            Err(_) => panic!("the default settings are in range"),
+        }
+    }
+    fn step(&mut self, y: f32) -> f32 {
+        let y = self.1.next(y);
+        self.0
+            .process(y)
+            .map_or(0.0, |judgement| judgement.evidence)
     }
 }
 

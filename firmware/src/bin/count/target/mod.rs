@@ -9,9 +9,9 @@ use core::str;
 use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS, exit};
 use cortex_m_semihosting::{hprintln, nr, syscall};
 use estimators::{
-    Chain21, Chain22, Chain43, Chain44, Chain65, Chain66, Chain87, Chain88, Finder, Lines, Roots21,
-    Roots22, Roots43, Roots44, Roots65, Roots66, Roots87, Roots88, Update21, Update22, Update43,
-    Update44, Update65, Update66, Update87, Update88,
+    ByLines, Chain21, Chain22, Chain43, Chain44, Chain65, Chain66, Chain87, Chain88, Finder, Lines,
+    Roots21, Roots22, Roots43, Roots44, Roots65, Roots66, Roots87, Roots88, Update21, Update22,
+    Update43, Update44, Update65, Update66, Update87, Update88,
 };
 use rigs::{Bar, LoopBias, LoopNoise, LoopPrbs, LoopSteps, Plant};
 use {cortex_m as _, defmt_semihosting as _};
@@ -63,8 +63,8 @@ macro_rules! kernels {
 kernels![
     Nop, Update21, Update22, Update43, Update44, Update65, Update66, Update87, Update88, Roots21,
     Roots22, Roots43, Roots44, Roots65, Roots66, Roots87, Roots88, Chain21, Chain22, Chain43,
-    Chain44, Chain65, Chain66, Chain87, Chain88, Lines, Finder, Bar, Plant, LoopBias, LoopNoise,
-    LoopPrbs, LoopSteps,
+    Chain44, Chain65, Chain66, Chain87, Chain88, Lines, Finder, ByLines, Bar, Plant, LoopBias,
+    LoopNoise, LoopPrbs, LoopSteps,
 ];
 
 /// Counting starts when this executes.

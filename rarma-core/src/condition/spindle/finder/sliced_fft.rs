@@ -103,21 +103,26 @@ impl<T: Real, const M: usize> SlicedFft<T, M> {
     /// Does at most `butterflies` of them; whether the transform is finished.
     #[inline]
     pub fn transform(&mut self, butterflies: usize) -> bool {
-        for _ in 0..butterflies {
-            if self.half >= M {
-                return true;
+        let mut left = butterflies;
+        while left > 0 && self.half < M {
+            // Butterflies of one twiddle, with all that is needed at hand.
+            let (half, twiddle) = (self.half, self.twiddle);
+            let mut at = self.at;
+            while left > 0 && at < M {
+                let (i, k) = (at & (M - 1), (at + half) & (M - 1));
+                let (a, b) = (self.z[i], times(self.z[k], twiddle));
+                self.z[i] = (a.0 + b.0, a.1 + b.1);
+                self.z[k] = (a.0 - b.0, a.1 - b.1);
+                at += 2 * half;
+                left -= 1;
             }
-            let (i, k) = (self.at & (M - 1), (self.at + self.half) & (M - 1));
-            let (a, b) = (self.z[i], times(self.z[k], self.twiddle));
-            self.z[i] = (a.0 + b.0, a.1 + b.1);
-            self.z[k] = (a.0 - b.0, a.1 - b.1);
-            self.at += 2 * self.half;
-            if self.at >= M {
+            self.at = at;
+            if at >= M {
                 self.column += 1;
                 self.at = self.column;
-                self.twiddle = times(self.twiddle, self.turn);
+                self.twiddle = times(twiddle, self.turn);
             }
-            if self.column >= self.half {
+            if self.column >= half {
                 self.half *= 2;
                 self.start_stage();
             }
