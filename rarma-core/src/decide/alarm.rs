@@ -68,7 +68,8 @@ pub enum Reason {
 pub struct Standing<T> {
     /// Place of the mode among the tracked ones.
     pub slot: usize,
-    /// Power-weighted mean frequency since the call, Hz.
+    /// Power-weighted mean frequency since the call, Hz; of the majority of the lines once one
+    /// holds the alarm.
     pub frequency: T,
     /// Lowest damping ratio since the call.
     pub lowest_damping: T,

@@ -20,7 +20,8 @@ const LEAST_REST: f64 = 0.05;
 /// The last roots stand for the present ones for this long while they are searched
 /// for anew, s. They are found within milliseconds.
 pub(super) const LOST_HOLD_S: f64 = 0.1;
-/// A mode whose line the rotation makes with less than this chance may call.
+/// A mode whose line the rotation makes with less than this chance may call; with 0.03 the
+/// population comes out alike.
 const FREE: f64 = 0.1;
 /// An alarm outlives bad samples for this long, s.
 const ALARM_HOLD_S: f64 = 1.0;
