@@ -5,15 +5,17 @@ mod link;
 mod measurement;
 mod recording;
 mod scenario;
+mod speeds;
 mod words;
 
 use crate::Target;
 
-pub(crate) const ALL: [Target; 17] = [
+pub(crate) const ALL: [Target; 18] = [
     recording::WAV,
     recording::TABLE,
     recording::RAW,
     recording::FRAMES,
+    speeds::SPEEDS,
     measurement::RECEPTANCES,
     measurement::UNIVERSAL,
     measurement::CIRCLES,

@@ -12,17 +12,21 @@
 //! over.
 
 use super::table::{Dialect, hole, not_a_number};
+use super::whole::not_text;
 use super::{InputError, Problem};
+use std::borrow::Cow;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread;
 
 /// No list of speeds is larger than this, bytes: a day at ten a second has 20 MB.
 const MOST_BYTES: u64 = 1 << 28;
-/// No line is longer, bytes.
+/// No line is longer, bytes, its end included; of a comment the rest does not matter.
 const LONGEST: u64 = 1 << 10;
+/// A pipe is read so many lines ahead, and no further: whoever writes more waits.
+const AHEAD: usize = 1 << 10;
 /// What a spindle may turn, 1/min.
 const RPM: (f64, f64) = (0.06, 300_000.0);
 
@@ -45,22 +49,33 @@ pub struct Speeds {
 
 impl Speeds {
     /// Opens a file, a pipe, or standard input (`-`). Beside a recording everything is read at
-    /// once; beside a `live` sound a pipe is followed as it comes, and its first speed waited for.
+    /// once; beside a `live` sound a pipe is [followed](Self::follow).
     ///
     /// # Errors
     /// It cannot be read, or holds no speed; of what is read at once: which line is wrong, and
     /// how.
     pub fn open(path: &Path, live: bool) -> Result<Self, InputError> {
+        let (source, is_pipe) = opened(path).map_err(|why| why.in_file(path))?;
+        if live && is_pipe {
+            return Self::follow(path, source);
+        }
         let load = || {
-            let (source, is_pipe) = opened(path)?;
-            if live && is_pipe {
-                let rows = follow(source);
-                return Self::begin(path, rows.recv().ok().transpose()?, Rows::Pipe(rows));
-            }
             let mut rows = whole(source)?.into_iter();
             Self::begin(path, rows.next(), Rows::Whole(rows))
         };
-        load().map_err(|why: InputError| why.in_file(path))
+        load().map_err(|why| why.in_file(path))
+    }
+
+    /// Follows a pipe, of this name in messages, as it comes; its first speed is waited for.
+    ///
+    /// # Errors
+    /// It cannot be read, ends without a speed, or what comes before the first is wrong.
+    pub fn follow(path: &Path, pipe: impl Read + Send + 'static) -> Result<Self, InputError> {
+        let rows = as_they_come(pipe);
+        let first = rows.recv().ok().transpose();
+        first
+            .and_then(|first| Self::begin(path, first, Rows::Pipe(rows)))
+            .map_err(|why| why.in_file(path))
     }
 
     fn begin(path: &Path, first: Option<Row>, rows: Rows) -> Result<Self, InputError> {
@@ -89,29 +104,29 @@ impl Speeds {
     /// lines goes to `odd`.
     pub fn due(&mut self, t_s: f64, mut odd: impl FnMut(InputError)) -> Option<f64> {
         let mut newest = None;
-        loop {
-            if self.next.is_none() {
-                self.next = match &mut self.rows {
-                    Rows::Whole(rows) => rows.next(),
-                    Rows::Pipe(rows) => match rows.try_recv() {
-                        Ok(Ok(row)) => Some(row),
-                        Ok(Err(why)) => {
-                            odd(why.in_file(&self.path));
-                            continue;
-                        }
-                        // Nothing yet, or no more.
-                        Err(_) => None,
-                    },
-                };
-            }
-            match self.next {
-                Some((from_s, rpm)) if from_s <= t_s => {
-                    newest = Some(rpm);
-                    self.next = None;
-                }
-                _ => return newest,
-            }
+        while let Some((_, rpm)) = self.next_until(t_s, &mut odd) {
+            newest = Some(rpm);
         }
+        newest
+    }
+
+    /// The next speed whose time has come at `t_s`: its time, s, and 1/min; `odd` as in
+    /// [`due`](Self::due).
+    pub fn next_until(&mut self, t_s: f64, mut odd: impl FnMut(InputError)) -> Option<Row> {
+        while self.next.is_none() {
+            self.next = match &mut self.rows {
+                Rows::Whole(rows) => Some(rows.next()?),
+                // Nothing yet, or no more.
+                Rows::Pipe(rows) => match rows.try_recv().ok()? {
+                    Ok(row) => Some(row),
+                    Err(why) => {
+                        odd(why.in_file(&self.path));
+                        None
+                    }
+                },
+            };
+        }
+        self.next.take_if(|(from_s, _)| *from_s <= t_s)
     }
 }
 
@@ -128,12 +143,10 @@ fn opened(path: &Path) -> Result<(Box<dyn Read + Send>, bool), InputError> {
 
 /// All rows at once.
 fn whole(source: impl Read) -> Result<Vec<Row>, InputError> {
-    let mut bytes = Vec::new();
-    source
-        .take(MOST_BYTES + 1)
-        .read_to_end(&mut bytes)
-        .map_err(|why| InputError::from_io(&why))?;
-    if bytes.len() as u64 > MOST_BYTES {
+    let mut lines = Lines::of(source.take(MOST_BYTES + 1));
+    let rows = lines.by_ref().collect();
+    // Then the last line may be cut, and wrong for that.
+    if lines.source.get_ref().limit() == 0 {
         return Err(InputError::new(
             Problem::Size,
             format!("byte {MOST_BYTES}"),
@@ -141,56 +154,100 @@ fn whole(source: impl Read) -> Result<Vec<Row>, InputError> {
             "check that it is the right file",
         ));
     }
-    let text = super::whole::utf8(bytes)?;
-    let mut reader = Lines::default();
-    let mut rows = Vec::new();
-    for line in text.strip_prefix('\u{feff}').unwrap_or(&text).lines() {
-        rows.extend(reader.line(line)?);
-    }
-    Ok(rows)
+    rows
 }
 
 /// Reads a pipe beside the listening, which does not wait for it.
-fn follow(pipe: impl Read + Send + 'static) -> Receiver<Result<Row, InputError>> {
-    let (send, rows) = channel();
+fn as_they_come(pipe: impl Read + Send + 'static) -> Receiver<Result<Row, InputError>> {
+    let (send, rows) = sync_channel(AHEAD);
     thread::spawn(move || {
-        let mut reader = Lines::default();
-        let mut pipe = BufReader::new(pipe);
-        let mut line = Vec::new();
-        loop {
-            line.clear();
-            match pipe.by_ref().take(LONGEST).read_until(b'\n', &mut line) {
-                Ok(0) => return,
-                Ok(_) => {}
-                Err(why) => {
-                    let _ = send.send(Err(InputError::from_io(&why)));
-                    return;
-                }
-            }
-            let row = reader.line(&String::from_utf8_lossy(&line)).transpose();
-            if row.is_some_and(|row| send.send(row).is_err()) {
-                return;
-            }
-        }
+        // Until the pipe ends, or nobody listens any more.
+        let _ = Lines::of(pipe).try_for_each(|row| send.send(row));
     });
     rows
 }
 
-/// Lines one after the other.
-#[derive(Default)]
-struct Lines {
+/// Lines one after the other: the speed that each tells, or what is wrong with it.
+struct Lines<R> {
+    source: BufReader<R>,
+    line: Vec<u8>,
     number: usize,
+    /// The line was too long, and its rest is still to come.
+    rest: bool,
+    /// The source failed: nothing more comes of it.
+    failed: bool,
     dialect: Option<Dialect>,
     last_s: Option<f64>,
 }
 
-impl Lines {
-    /// What a line tells; nothing if it is a comment, empty, or the header.
-    fn line(&mut self, line: &str) -> Result<Option<Row>, InputError> {
+impl<R: Read> Iterator for Lines<R> {
+    type Item = Result<Row, InputError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        while !self.failed {
+            match self.read_line() {
+                Ok(true) => {}
+                Ok(false) => return None,
+                Err(why) => {
+                    self.failed = true;
+                    return Some(Err(InputError::from_io(&why)));
+                }
+            }
+            if let Some(row) = self.row().transpose() {
+                return Some(row);
+            }
+        }
+        None
+    }
+}
+
+impl<R: Read> Lines<R> {
+    fn of(source: R) -> Self {
+        Self {
+            source: BufReader::new(source),
+            line: Vec::new(),
+            number: 0,
+            rest: false,
+            failed: false,
+            dialect: None,
+            last_s: None,
+        }
+    }
+
+    /// Reads the next line, or as much of it as one may have; false at the end.
+    fn read_line(&mut self) -> io::Result<bool> {
+        if self.rest {
+            self.source.skip_until(b'\n')?;
+        }
+        self.line.clear();
+        let mut line = self.source.by_ref().take(LONGEST);
+        let read = line.read_until(b'\n', &mut self.line)? as u64;
+        self.rest = read == LONGEST && !self.line.ends_with(b"\n");
         self.number += 1;
-        let line = line.trim();
-        if line.is_empty() || line.starts_with('#') {
+        if self.number == 1 && self.line.starts_with("\u{feff}".as_bytes()) {
+            self.line.drain(.."\u{feff}".len());
+        }
+        Ok(read > 0)
+    }
+
+    /// What the line tells; nothing if it is a comment, empty, or the header.
+    fn row(&mut self) -> Result<Option<Row>, InputError> {
+        let text = String::from_utf8_lossy(&self.line);
+        let line = text.trim();
+        if line.starts_with('#') || (line.is_empty() && !self.rest) {
             return Ok(None);
+        }
+        let at = format!("line {}", self.number);
+        if self.rest {
+            return Err(InputError::new(
+                Problem::NotThisFormat,
+                at,
+                format!("{LONGEST} bytes, and no end of it"),
+                "write one speed a line",
+            ));
+        }
+        if matches!(text, Cow::Owned(_)) {
+            return Err(not_text(at));
         }
         let is_first = self.dialect.is_none();
         let dialect = *self.dialect.get_or_insert_with(|| Dialect::of(line));
@@ -207,7 +264,6 @@ impl Lines {
             number.ok_or_else(|| not_a_number(self.number, column + 1, field))
         };
         let (t_s, rpm) = (number(0)?, number(1)?);
-        let at = format!("line {}", self.number);
         if !(RPM.0..=RPM.1).contains(&rpm) {
             return Err(InputError::new(
                 Problem::Range,
@@ -234,6 +290,8 @@ impl Lines {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
 
     fn read(text: &str) -> Result<Speeds, InputError> {
         let folder = tempfile::tempdir().expect("a folder");
@@ -268,27 +326,47 @@ mod tests {
         }
     }
 
-    #[cfg(unix)]
     #[test]
     fn a_pipe_is_followed_and_its_odd_lines_are_passed_over() {
-        use std::io::Write;
-        let (read, mut write) = io::pipe().expect("a pipe");
-        let rows = follow(read);
-        write
-            .write_all(b"0,4500\nx,y,z\n0.5,nan\n0.4,5000\n")
-            .expect("written");
-        drop(write);
-        let first = rows.recv().expect("a row").expect("a speed");
-        let mut speeds =
-            Speeds::begin(Path::new("pipe"), Some(first), Rows::Pipe(rows)).expect("speeds");
+        let pipe = &b"0,4500\nx,y,z\n0.5,nan\n0.4,5000\n"[..];
+        let mut speeds = Speeds::follow(Path::new("pipe"), pipe).expect("speeds");
         let (mut told, mut odd) = (Vec::new(), 0);
         for _ in 0..1000 {
             told.extend(speeds.due(0.45, |_| odd += 1));
-            if odd == 2 && told.len() == 2 {
-                break;
+            if odd == 2 && told.last() == Some(&5000.0) {
+                return;
             }
             thread::sleep(std::time::Duration::from_millis(5));
         }
-        assert_eq!((told.last(), odd), (Some(&5000.0), 2));
+        panic!("{told:?}, {odd} odd lines");
+    }
+
+    #[test]
+    fn a_line_without_end_is_refused_whole_and_a_comment_may_be_long() {
+        let long = "7".repeat(3000);
+        let text = format!("\u{feff}0,4500\n# {long},1\n{long},4600\n1,4700\n");
+        let lines: Vec<_> = Lines::of(text.as_bytes()).collect();
+        let [Ok((0.0, 4500.0)), Err(why), Ok((1.0, 4700.0))] = &lines[..] else {
+            panic!("{lines:?}");
+        };
+        assert!(why.to_string().contains("line 3: 1024 bytes"), "{why}");
+    }
+
+    #[test]
+    fn a_pipe_without_end_is_read_only_so_far_ahead() {
+        struct Endless(Arc<AtomicUsize>);
+        impl Read for Endless {
+            fn read(&mut self, to: &mut [u8]) -> io::Result<usize> {
+                to.copy_from_slice(&b"0,4500\n".repeat(to.len())[..to.len()]);
+                self.0.fetch_add(to.len(), Ordering::Relaxed);
+                Ok(to.len())
+            }
+        }
+        let read = Arc::default();
+        let endless = Endless(Arc::clone(&read));
+        let speeds = Speeds::follow(Path::new("pipe"), endless).expect("speeds");
+        thread::sleep(std::time::Duration::from_millis(50));
+        assert!(read.load(Ordering::Relaxed) < 64 * AHEAD);
+        drop(speeds);
     }
 }

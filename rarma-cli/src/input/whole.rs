@@ -49,11 +49,16 @@ pub(super) fn utf8(bytes: Vec<u8>) -> Result<String, InputError> {
     String::from_utf8(bytes).map_err(|why| {
         let at = why.utf8_error().valid_up_to();
         let line = 1 + why.as_bytes()[..at].iter().filter(|b| **b == b'\n').count();
-        InputError::new(
-            Problem::NotThisFormat,
-            format!("line {line} (byte {at})"),
-            "this is not plain text",
-            "save it as UTF-8",
-        )
+        not_text(format!("line {line} (byte {at})"))
     })
+}
+
+/// What stands there is not UTF-8.
+pub(super) fn not_text(place: String) -> InputError {
+    InputError::new(
+        Problem::NotThisFormat,
+        place,
+        "this is not plain text",
+        "save it as UTF-8",
+    )
 }
