@@ -5,9 +5,10 @@
 //! LinuxCNC did. *Stable*: when the dominant root of the delay equation, at the depth and the
 //! speed of the moment, stops growing. `--nocapture` prints the table of docs/bench.md.
 
-use hal_sim::plant::cut::Process;
+use hal_sim::plant::cut::{Process, VirtualCut};
 use hal_sim::plant::process::Schedule;
 use host_tests::bars::{all_judged, holds};
+use host_tests::statistics::quantile;
 use host_tests::watch::each;
 use rarma_cli::ear::{self, Forced};
 use rarma_cli::scenario::{self, Loaded};
@@ -21,6 +22,9 @@ const TELLS_S: f64 = 0.02;
 const LATE_S: f64 = 0.05;
 /// A speed further off than this part is another one.
 const NEAR: f64 = 0.03;
+/// The amplitude is read in windows of, and has gone at this many times what it is in the end.
+const WINDOW_S: f64 = 0.02;
+const GONE: f64 = 2.0;
 
 /// Who tells the speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,6 +42,8 @@ struct Truth {
     /// From when on, and until when, it chatters, s.
     onset_s: f64,
     stable_s: f64,
+    /// From when on the speed is the new one, s.
+    turned_s: f64,
     end_s: f64,
 }
 
@@ -47,8 +53,10 @@ impl Truth {
             panic!("a milling cut")
         };
         let truth = loaded.scenario.truth().expect("a truth");
+        let spindle_hz = cut.speed.clone().expect("a speed that changes");
         Self {
-            spindle_hz: cut.speed.clone().expect("a speed that changes"),
+            turned_s: spindle_hz.end_s(),
+            spindle_hz,
             onset_s: truth.onset_s.expect("an onset"),
             stable_s: truth.end_s.expect("an end"),
             end_s: loaded.scenario.duration_s,
@@ -87,8 +95,10 @@ struct Heard {
     /// The speed it believed in at the end, 1/min, and what that is.
     end_rpm: Option<f32>,
     end: Claim,
-    /// Part of the time after the chatter in which it believed in an invented one.
+    /// Part of the time at the new speed in which it believed in an invented one.
     invented: f64,
+    /// It said that the sound contradicts the speed that it was told.
+    contradicted: bool,
 }
 
 impl Heard {
@@ -130,6 +140,7 @@ fn heard(seed: u64, told: Told) -> Heard {
         end_rpm: None,
         end: Claim::None,
         invented: 0.0,
+        contradicted: false,
     };
     let (mut standing, mut decisions) = (None, 0.0);
     for (n, x) in sound.samples.iter().enumerate() {
@@ -151,7 +162,8 @@ fn heard(seed: u64, told: Told) -> Heard {
         }
         out.end = claim(&report.spindle, truth.spindle_hz.at(t_s), start_hz);
         out.end_rpm = report.spindle.spindle_hz.map(|hz| 60.0 * hz);
-        if t_s > truth.stable_s {
+        if t_s > truth.turned_s {
+            out.contradicted |= report.spindle.contradiction.is_some();
             decisions += 1.0;
             out.invented += f64::from(u8::from(out.end == Claim::Invented));
         }
@@ -162,67 +174,78 @@ fn heard(seed: u64, told: Told) -> Heard {
     out
 }
 
-/// Prints a row of the table and judges it.
-fn row(told: Told, name: &str, most_s: f64) {
-    let truth = Truth::of(&scenario::load(SCENARIO, None).expect("a shipped scenario"));
-    let runs = each((1..=SEEDS).collect(), |seed| heard(seed, told));
-    for run in &runs {
-        println!("{told:?} {run:.3?}");
+/// Root mean square of the tool's motion in x about its mean, µm: in the last half second of
+/// the chatter and in the last of the cut; and from stable until it has gone, s.
+fn amplitudes(loaded: &Loaded, truth: &Truth) -> (f64, f64, f64) {
+    let mut cut = VirtualCut::new(&loaded.scenario).expect("a cut");
+    let fs_hz = cut.sample_rate_hz();
+    let mut x_um = Vec::with_capacity(cut.len());
+    while cut.next().is_some() {
+        x_um.push(1e6 * cut.machine().position_m[0]);
     }
-    let called: Vec<f64> = runs.iter().filter_map(|r| r.called_s(&truth)).collect();
-    let mut released: Vec<f64> = runs.iter().map(|r| r.released_s(&truth)).collect();
-    released.sort_by(f64::total_cmp);
-    let again = |run: &Heard| run.alarms.iter().filter(|a| a.0 > truth.stable_s).count();
-    let again: usize = runs.iter().map(again).sum();
+    let rms = |from_s: f64, to_s: f64| {
+        let part = &x_um[(from_s * fs_hz) as usize..(to_s * fs_hz) as usize];
+        let mean = part.iter().sum::<f64>() / part.len() as f64;
+        (part.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / part.len() as f64).sqrt()
+    };
+    let chatter_um = rms(truth.stable_s - 0.5, truth.stable_s);
+    let stable_um = rms(truth.end_s - 0.5, truth.end_s);
+    let windows = ((truth.end_s - truth.stable_s) / WINDOW_S) as usize;
+    let loud = |k: &usize| {
+        let from_s = truth.stable_s + WINDOW_S * *k as f64;
+        rms(from_s, from_s + WINDOW_S) > GONE * stable_um
+    };
+    let last = (0..windows).rev().find(loud);
+    let gone_s = last.map_or(0.0, |k| WINDOW_S * (k + 1) as f64);
+    (chatter_um, stable_um, gone_s)
+}
+
+/// Prints a row of the table and judges it.
+fn row(truth: &Truth, told: Told, name: &str, most_s: f64) {
+    let runs = each((1..=SEEDS).collect(), |seed| heard(seed, told));
+    let called: Vec<f64> = runs.iter().filter_map(|r| r.called_s(truth)).collect();
+    let first_s = called.iter().copied().fold(f64::NAN, f64::min);
+    let last_s = called.iter().copied().fold(f64::NAN, f64::max);
+    let released: Vec<f64> = runs.iter().map(|r| r.released_s(truth)).collect();
+    let [least_s, middle_s, longest_s] = [0.0, 0.5, 1.0].map(|part| quantile(&released, part));
     let at_end = |claim| runs.iter().filter(|r| r.end == claim).count();
     let [none, right, as_told, invented] =
         [Claim::None, Claim::True, Claim::Told, Claim::Invented].map(at_end);
-    let (first, last) = called
-        .iter()
-        .fold((f64::NAN, f64::NAN), |(a, b), x| (a.min(*x), b.max(*x)));
-    let middle = released[released.len() / 2];
-    let longest = released[released.len() - 1];
+    let contradicted = runs.iter().filter(|r| r.contradicted).count();
     let part = runs.iter().map(|r| r.invented).sum::<f64>() / runs.len() as f64;
     println!(
-        "| speed | called | after, s | released, s: median, most | again | at the end: none, true, the told one, invented | invented, part of the time |"
-    );
-    println!(
-        "| {name} | {} | {first:.2} to {last:.2} | {middle:.2}, {longest:.2} | {again} | {none}, {right}, {as_told}, {invented} | {part:.2} |",
+        "| {name} | {} | {first_s:.2} to {last_s:.2} | {least_s:.2}, {middle_s:.2}, {longest_s:.2} | {none}, {right}, {as_told}, {invented} | {part:.3} | {contradicted} |",
         called.len()
     );
-    let seeds = SEEDS as f64;
-    holds(
-        &format!("controller: cuts called, {name}"),
-        called.len() as f64,
-        seeds..=seeds,
-    );
-    holds(
-        &format!("controller: released, s, {name}"),
-        longest,
-        0.0..=most_s,
-    );
-    holds(
-        &format!("controller: invented speeds, {name}"),
-        invented as f64,
-        0.0..=0.0,
-    );
+    for run in &runs {
+        println!("{run:.3?}");
+    }
+    let cuts = SEEDS as f64;
+    let bar = |what: &str| format!("controller: {what}, {name}");
+    holds(&bar("cuts called"), called.len() as f64, cuts..=cuts);
+    holds(&bar("released, s"), longest_s, 0.0..=most_s);
+    holds(&bar("speeds invented"), invented as f64, 0.0..=0.0);
     if told == Told::Live {
-        holds(
-            &format!("controller: true speeds, {name}"),
-            right as f64,
-            seeds..=seeds,
-        );
+        holds(&bar("true speeds"), right as f64, cuts..=cuts);
     }
 }
 
 #[test]
 fn chatter_that_an_override_ends_is_released() {
-    let truth = Truth::of(&scenario::load(SCENARIO, None).expect("a shipped scenario"));
+    let loaded = scenario::load(SCENARIO, None).expect("a shipped scenario");
+    let truth = Truth::of(&loaded);
+    let (chatter_um, stable_um, gone_s) = amplitudes(&loaded, &truth);
     println!(
-        "chatters from {:.3} s, stable from {:.3} s on",
+        "chatters from {:.3} to {:.3} s; {chatter_um:.0} µm rms, then {stable_um:.0}; gone {gone_s:.2} s after",
         truth.onset_s, truth.stable_s
     );
-    row(Told::Live, "told live", 0.6);
-    row(Told::Once, "told once", 2.0);
+    // Else nothing has ended.
+    assert!(chatter_um > 3.0 * stable_um, "{chatter_um} {stable_um}");
+    println!(
+        "| speed | called | after the onset, s | released, s: least, median, most | at the end: none, true, the told one, invented | invented, part of the time | contradicted |"
+    );
+    println!("|---|---|---|---|---|---|---|");
+    row(&truth, Told::Live, "told live", 0.6);
+    row(&truth, Told::Once, "told once", 2.0);
     all_judged("controller");
 }
