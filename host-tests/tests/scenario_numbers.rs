@@ -38,6 +38,7 @@ const READERS: [Reader; 5] = [
             "chatter-onset",
             "three-mode-resonance",
             "three-mode-chatter",
+            "override-turned",
             "spindle-10000",
             "slotted-workpiece",
             "slender-bar",

@@ -35,7 +35,7 @@ use reader::{Allowed, Refusal, Section};
 use serde_json::{Value, json};
 
 /// The shipped scenarios: name and text.
-pub const SHIPPED: [(&str, &str); 11] = [
+pub const SHIPPED: [(&str, &str); 12] = [
     (
         "chatter-onset",
         include_str!("../../scenarios/chatter-onset.toml"),
@@ -47,6 +47,10 @@ pub const SHIPPED: [(&str, &str); 11] = [
     (
         "three-mode-chatter",
         include_str!("../../scenarios/three-mode-chatter.toml"),
+    ),
+    (
+        "override-turned",
+        include_str!("../../scenarios/override-turned.toml"),
     ),
     (
         "spindle-10000",
