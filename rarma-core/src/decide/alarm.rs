@@ -397,8 +397,14 @@ impl<T: Real> Alarm<T> {
         best
     }
 
-    /// Puts the verdict into a word: the state and why.
-    pub fn judge(&self, modes: &[Option<Mode<T>>], cutting: bool) -> (State, Reason) {
+    /// Puts the verdict into a word: the state and why. A mode that would be called if it
+    /// might is of unknown origin.
+    pub fn judge(
+        &self,
+        modes: &[Option<Mode<T>>],
+        may_call: &[bool],
+        cutting: bool,
+    ) -> (State, Reason) {
         if self.standing.is_some() {
             return (State::Chatter, Reason::None);
         }
@@ -406,11 +412,18 @@ impl<T: Real> Alarm<T> {
             return (State::Idle, Reason::LevelAtIdle);
         }
         let (mut forced, mut losing, mut unknown) = (false, false, false);
-        for mode in modes.iter().flatten() {
+        for (mode, may_call) in modes.iter().zip(may_call) {
+            let Some(mode) = mode else { continue };
             let c = &self.config;
             if mode.suspicion >= T::from_f64(WARN_AT) {
                 if mode.label == Label::SelfExcited {
-                    return (State::Warning, Reason::Undamped);
+                    let is_barred = mode.suspicion >= T::ONE && !may_call;
+                    let why = if is_barred {
+                        Reason::OriginUnknown
+                    } else {
+                        Reason::Undamped
+                    };
+                    return (State::Warning, why);
                 }
                 unknown |= mode.origin == Origin::Unknown;
             }

@@ -199,7 +199,9 @@ fn a_falling_damping_warns_before_the_threshold() {
             .track
             .update(&reading, &AlarmConfig::default(), PERIOD_S);
         let modes = [Some(mode)];
-        if warned_at.is_none() && bench.alarm.judge(&modes, true).1 == Reason::LosingDamping {
+        if warned_at.is_none()
+            && bench.alarm.judge(&modes, &[true], true).1 == Reason::LosingDamping
+        {
             warned_at = Some(zeta);
         }
     }

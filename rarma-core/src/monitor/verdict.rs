@@ -3,7 +3,7 @@
 use super::slot::{Slot, Surroundings};
 use super::{MAX_MODES, Monitor, Report};
 use crate::decide::{
-    AlarmEvent, CUT_RATIO, Callers, Mode, Reading, Reason, SAME_MODE, Sight, State,
+    AlarmEvent, CUT_RATIO, Callers, Mode, Origin, Reading, Reason, SAME_MODE, Sight, State,
 };
 use crate::real::Real;
 use crate::spectrum::modal;
@@ -94,10 +94,11 @@ impl<T: Real> Monitor<T> {
         }
         let bad = !self.trusts_samples();
         let mut event = AlarmEvent::None;
-        let may_call = cutting && fault.is_none() && !self.onset.is_falling(self.power);
+        let is_heard = cutting && fault.is_none() && !self.onset.is_falling(self.power);
+        let may_call = modes.map(|mode| is_heard && mode.is_some_and(|mode| self.may_call(&mode)));
         if ready && !bad {
             let callers = Callers {
-                modes: &modes.map(|mode| may_call && mode.is_some_and(|mode| self.may_call(&mode))),
+                modes: &may_call,
                 line_hz: self.called_line().filter(|_| fault.is_none()),
             };
             event = self.alarm.update(&modes, &callers, self.period_s);
@@ -120,7 +121,7 @@ impl<T: Real> Monitor<T> {
             }
             _ if !is_ready => (State::Starting, Reason::EstimatorStarting),
             _ if lost && self.alarm.standing().is_none() => (State::Starting, Reason::RootsLost),
-            _ => match self.alarm.judge(&modes, cutting) {
+            _ => match self.alarm.judge(&modes, &may_call, cutting) {
                 (State::Stable, _) if self.blindness.is_blind() => {
                     (State::Warning, Reason::BlindAtMultiple)
                 }
@@ -160,16 +161,19 @@ impl<T: Real> Monitor<T> {
         said.chatter.then_some(said.f_hz)
     }
 
-    /// A mode may call where nobody tells the speed; else one that loses its damping, and,
-    /// while no idle was heard to tell a line's level by, one that grew and whose line the
-    /// rotation does not make.
+    /// A mode may call where nobody tells the speed; else where the lines hold that the
+    /// rotation does not make it, and it loses its damping, or grew while no idle was heard
+    /// to tell a line's level by.
     fn may_call(&self, mode: &Mode<T>) -> bool {
         if !(self.hears_lines && self.spindle.is_told()) {
             return true;
         }
         let forced = self.sources.forced_at(mode.frequency);
         let is_free = forced.is_some_and(|forced| forced < T::from_f64(FREE));
-        mode.was_damped || (mode.grew && is_free && self.idle.idle_level().is_none())
+        // Flip chatter lies on multiples of the speed: there its damping alone can tell.
+        let is_flip = mode.origin == Origin::Unknown;
+        (mode.was_damped && (is_free || is_flip))
+            || (mode.grew && is_free && self.idle.idle_level().is_none())
     }
 
     /// Nobody tells the speed, and there is a line that would be called if the rotation did not
