@@ -1,8 +1,7 @@
 //! Promise: the page of the box's settings is the table that the firmware checks with, and so
-//! is the schema; and what is set of the verdict is what the monitor judges by.
+//! is the schema.
 
-use rarma_core::settings::{Kind, SETTINGS, SettingValue, Settings, markdown, write_schema};
-use rarma_core::verdict::VerdictConfig;
+use rarma_core::settings::{Kind, SETTINGS, markdown, write_schema};
 use std::path::Path;
 
 #[test]
@@ -70,42 +69,6 @@ fn numbers_and_names_are_unique() {
                 a.name,
                 b.name
             );
-        }
-    }
-}
-
-#[test]
-fn every_number_of_the_verdict_is_a_setting_and_reaches_the_monitor() {
-    let usual = Settings::default();
-    assert_eq!(
-        SETTINGS
-            .iter()
-            .filter(|s| s.name.starts_with("verdict."))
-            .count(),
-        VerdictConfig::NAMES.len()
-    );
-    for s in SETTINGS.iter().filter(|s| s.name.starts_with("verdict.")) {
-        let Kind::Real { low, high, .. } = s.kind else {
-            panic!("{} is no quantity", s.name);
-        };
-        for x in [low, high] {
-            let mut settings = usual.clone();
-            settings
-                .set(s.number, SettingValue::Real(x))
-                .expect("in range");
-            let job = firmware::listen::job(&settings, 48_000.0);
-            job.monitor
-                .check()
-                .unwrap_or_else(|why| panic!("{} = {x}: {why:?}", s.name));
-            let changed = VerdictConfig::NAMES
-                .iter()
-                .filter(|name| job.monitor.verdict.get(name) != usual.verdict().get(name))
-                .count();
-            let is_default = s.default_value() == SettingValue::Real(x);
-            assert_eq!(changed, usize::from(!is_default), "{} = {x}", s.name);
-        }
-        for x in [low - 1.0, high + 1.0, f32::NAN] {
-            assert!(usual.clone().set(s.number, SettingValue::Real(x)).is_err());
         }
     }
 }

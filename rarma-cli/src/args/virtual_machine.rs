@@ -165,6 +165,10 @@ pub struct PopulationArgs {
     /// speed is told.
     #[arg(long)]
     pub sensitivity: bool,
+    /// How often the monitor answers otherwise where the recording begins later, is quieter, has
+    /// noise 60 dB below it, or the order is another, with the first way the speed is told.
+    #[arg(long)]
+    pub changed: bool,
     /// The monitor at several damping thresholds, not at its usual one only.
     #[arg(long)]
     pub curve: bool,

@@ -4,6 +4,7 @@ use super::show;
 use crate::args::PopulationArgs;
 use crate::failure::Failure;
 use crate::output;
+use crate::population::changed::{self, CHANGES};
 use crate::population::detectors::ALL;
 use crate::population::page::{HEAD, cells, page};
 use crate::population::records::{cut_record, summary};
@@ -28,6 +29,7 @@ pub(super) fn main(args: &PopulationArgs) -> Result<u8, Failure> {
             Vec::new()
         },
         numbers,
+        changed: args.changed,
     };
     if let Some(folder) = &args.out {
         output::folder(folder)?;
@@ -90,6 +92,9 @@ fn words(asked: &Asked, tally: &Tally) {
     if !asked.variants.is_empty() {
         sensitivities(asked, tally);
     }
+    if asked.changed {
+        changes(tally);
+    }
 }
 
 fn detectors(tally: &Tally) {
@@ -113,5 +118,14 @@ fn sensitivities(asked: &Asked, tally: &Tally) {
     for (variant, sum) in asked.variants.iter().zip(&tally.variants) {
         let row = sensitivity::cells(variant, &asked.numbers, sum);
         say!("| {} |", row.join(" | "));
+    }
+}
+
+fn changes(tally: &Tally) {
+    say!("");
+    say!("| {} |", changed::HEAD.join(" | "));
+    say!("|---|---:|---:|---:|");
+    for (change, flips) in CHANGES.iter().zip(&tally.flips) {
+        say!("| {} |", changed::cells(*change, flips).join(" | "));
     }
 }

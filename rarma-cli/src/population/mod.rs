@@ -3,6 +3,7 @@
 //! Every cut is drawn, played once, and given to every detector with every way the speed
 //! is told, so that differences are those of detector and telling.
 
+pub mod changed;
 pub mod detectors;
 pub mod labels;
 pub mod page;
@@ -13,6 +14,7 @@ pub mod tally;
 pub mod told;
 
 use crate::failure::Failure;
+use changed::Flips;
 use detectors::{ALL, Recording, Said};
 use hal_sim::population::Cut;
 use hal_sim::population::heard::Heard;
@@ -49,6 +51,8 @@ pub struct Judged {
     pub answers: Vec<Answer>,
     /// What the variants of the verdict made of it, where they were asked.
     pub variants: Vec<Score>,
+    /// What each of [`changed::CHANGES`] did to the monitor's answer, where that was asked.
+    pub flips: Vec<Flips>,
     /// Time it took to draw, to play and to judge, s.
     pub took_s: [f64; 3],
 }
@@ -66,6 +70,9 @@ pub struct Asked {
     pub numbers: VerdictConfig,
     /// Other numbers that are tried beside them, with the first telling.
     pub variants: Vec<Variant>,
+    /// The monitor listens to every cut changed in ways that should not matter, too, with
+    /// the first telling.
+    pub changed: bool,
 }
 
 /// Draws, plays and judges the cut of one seed.
@@ -106,15 +113,15 @@ pub fn judged(seed: u64, asked: &Asked) -> Result<Judged, Failure> {
             last = Some(said);
         }
     }
-    let mut variants = Vec::new();
-    if let Some(told) = asked
-        .tellings
-        .first()
-        .filter(|_| !asked.variants.is_empty())
-    {
+    let (mut variants, mut flips) = (Vec::new(), Vec::new());
+    if let Some(told) = asked.tellings.first() {
         let aliased = cut.sensor.folds > 1;
-        let recording = Recording::new(&heard, told.speed(&cut), cut.teeth(), aliased);
+        let mut recording = Recording::new(&heard, told.speed(&cut), cut.teeth(), aliased);
         variants = sensitivity::scores(&cut, &heard, &recording, &asked.variants)?;
+        if asked.changed {
+            recording.numbers = asked.numbers;
+            flips = changed::flips(&cut, &heard, &recording)?;
+        }
     }
     let took_s = [
         drawn_s,
@@ -126,6 +133,7 @@ pub fn judged(seed: u64, asked: &Asked) -> Result<Judged, Failure> {
         heard,
         answers,
         variants,
+        flips,
         took_s,
     })
 }

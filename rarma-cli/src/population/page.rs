@@ -1,5 +1,6 @@
 //! Figures of the population for people: tables, and a page with curves.
 
+use super::changed::{self, CHANGES};
 use super::detectors::ALL;
 use super::score::Sum;
 use super::sensitivity;
@@ -84,6 +85,15 @@ pub fn page(seeds: (u64, u64), asked: &Asked, tally: &Tally) -> String {
             .collect();
         body.push_str("<h2>Half and double of each number of the verdict</h2>\n");
         body.push_str(&table(&head, &rows));
+    }
+    if asked.changed {
+        let rows: Vec<Vec<String>> = CHANGES
+            .iter()
+            .zip(&tally.flips)
+            .map(|(change, flips)| changed::cells(*change, flips).to_vec())
+            .collect();
+        body.push_str("<h2>The same cuts, changed in ways that should not matter</h2>\n");
+        body.push_str(&table(&changed::HEAD, &rows));
     }
     let headline = format!(
         "{} cuts (seeds {} to {}), {} undecidable",

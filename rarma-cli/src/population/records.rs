@@ -1,5 +1,6 @@
 //! Figures of the population for programs.
 
+use super::changed::CHANGES;
 use super::detectors::ALL;
 use super::score::Sum;
 use super::{Answer, Asked, Judged, Tally, Told};
@@ -86,9 +87,20 @@ pub fn summary(seeds: (u64, u64), asked: &Asked, tally: &Tally) -> Value {
             row
         })
         .collect();
+    let changed: Vec<Value> = CHANGES
+        .iter()
+        .zip(&tally.flips)
+        .map(|(change, flips)| {
+            json!({
+                "change": change.name(), "chatters": flips.chatters,
+                "other_chatters": flips.other_chatters, "quiet": flips.quiet,
+                "other_quiet": flips.other_quiet,
+            })
+        })
+        .collect();
     json!({
         "seeds": [seeds.0, seeds.1], "cuts": tally.cuts,
         "chatters": tally.chatters, "undecidable": tally.undecidable, "curve": curve, "kinds": kinds,
-        "sensitivity": sensitivity,
+        "sensitivity": sensitivity, "changed": changed,
     })
 }

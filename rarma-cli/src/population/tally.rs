@@ -1,5 +1,6 @@
 //! All cuts together.
 
+use super::changed::Flips;
 use super::{Judged, Question, Told};
 use crate::population::score::Sum;
 use std::collections::BTreeMap;
@@ -22,6 +23,8 @@ pub struct Tally {
     pub kinds: BTreeMap<(Told, usize, &'static str), Sum>,
     /// By variant of the verdict.
     pub variants: Vec<Sum>,
+    /// By change of the recording.
+    pub flips: Vec<Flips>,
 }
 
 impl Tally {
@@ -41,6 +44,10 @@ impl Tally {
                 .resize_with(judged.variants.len(), Sum::default);
             for (sum, score) in self.variants.iter_mut().zip(&judged.variants) {
                 sum.add(score);
+            }
+            self.flips.resize(judged.flips.len(), Flips::default());
+            for (sum, flips) in self.flips.iter_mut().zip(&judged.flips) {
+                sum.add(*flips);
             }
         }
         for answer in &judged.answers {

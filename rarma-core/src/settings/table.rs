@@ -4,9 +4,7 @@
 //! programs. A number is never used again for something else. `version` counts the
 //! meanings a setting has had: a stored record of another one is not read.
 
-use super::Settings;
 use super::value::{Key, Kind, Real, Secret, Setting, Takes, Whole};
-use crate::verdict::{VerdictConfig, number};
 
 macro_rules! kind {
     (Real, $low:expr, $high:expr, $default:expr) => {
@@ -29,30 +27,18 @@ macro_rules! kind {
 }
 
 macro_rules! table {
-    ($($number:literal $key:ident: $kind:ident $name:literal, $unit:literal, $low:expr, $high:expr, $default:expr, $takes:ident, $effect:literal;)*
-     verdict { $($of_verdict:literal $field:ident: $verdict:ident $called:literal;)* }) => {
+    ($($number:literal $key:ident: $kind:ident $name:literal, $unit:literal, $low:expr, $high:expr, $default:expr, $takes:ident, $effect:literal;)*) => {
         #[allow(non_camel_case_types, clippy::upper_case_acronyms)]
         #[derive(Clone, Copy)]
-        enum Place { $($key,)* $($verdict,)* }
+        enum Place { $($key,)* }
 
         $(
             #[doc = concat!("`", $name, "`: ", $effect)]
             pub const $key: Key<$kind> = Key::at(Place::$key as usize);
         )*
-        $(
-            #[doc = concat!("`", $called, "`: a number of the verdict by lines")]
-            pub const $verdict: Key<Real> = Key::at(Place::$verdict as usize);
-        )*
-
-        impl Settings {
-            /// The numbers of the verdict by lines.
-            pub fn verdict(&self) -> VerdictConfig {
-                VerdictConfig { $($field: number::$field.held(self.real($verdict)),)* }
-            }
-        }
 
         /// All settings, in the order of the page.
-        pub static SETTINGS: [Setting; [$($number,)* $($of_verdict,)*].len()] = [
+        pub static SETTINGS: [Setting; [$($number,)*].len()] = [
             $(Setting {
                 number: $number,
                 version: 1,
@@ -61,19 +47,6 @@ macro_rules! table {
                 kind: kind!($kind, $low, $high, $default),
                 takes: Takes::$takes,
                 effect: $effect,
-            },)*
-            $(Setting {
-                number: $of_verdict,
-                version: 1,
-                name: $called,
-                unit: number::$field.unit,
-                kind: Kind::Real {
-                    low: number::$field.least as f32,
-                    high: number::$field.most as f32,
-                    default: number::$field.usual as f32,
-                },
-                takes: Takes::NextMode,
-                effect: number::$field.meaning,
             },)*
         ];
     };
@@ -230,26 +203,4 @@ table! {
 
     120 LINK_KEY: Secret "link.key", "1", 0, 0, 0, AtOnce,
         "key that seals every command which changes anything; set at the box's own port, never shown";
-
-    verdict {
-        130 call: VERDICT_CALL "verdict.call";
-        131 hysteresis: VERDICT_HYSTERESIS "verdict.hysteresis";
-        132 memory_s: VERDICT_MEMORY "verdict.memory";
-        133 doubt: VERDICT_DOUBT "verdict.doubt";
-        134 belief: VERDICT_BELIEF "verdict.belief";
-        135 free_weight: VERDICT_FREE_WEIGHT "verdict.free-weight";
-        136 free_most: VERDICT_FREE_MOST "verdict.free-most";
-        137 part_of_rest: VERDICT_PART_OF_REST "verdict.part-of-rest";
-        138 part_of_all: VERDICT_PART_OF_ALL "verdict.part-of-all";
-        139 over_idle_db: VERDICT_OVER_IDLE "verdict.over-idle";
-        140 unheard_idle_db: VERDICT_UNHEARD_IDLE "verdict.unheard-idle";
-        141 fluctuation: VERDICT_FLUCTUATION "verdict.fluctuation";
-        142 level: VERDICT_LEVEL "verdict.level";
-        143 told_sd: VERDICT_TOLD_SD "verdict.told-sd";
-        144 on_teeth: VERDICT_ON_TEETH "verdict.on-teeth";
-        145 rare_multiple: VERDICT_RARE_MULTIPLE "verdict.rare-multiple";
-        146 alone: VERDICT_ALONE "verdict.alone";
-        147 breadth: VERDICT_BREADTH "verdict.breadth";
-        148 glide: VERDICT_GLIDE "verdict.glide";
-    }
 }

@@ -3,53 +3,16 @@
 use core::fmt;
 use serde::{Deserialize, Serialize};
 
-/// A number of the verdict.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Number {
-    /// Its unit; 1: none.
-    pub unit: &'static str,
-    /// What it is until it is set.
-    pub usual: f64,
-    /// Least value.
-    pub least: f64,
-    /// Largest value.
-    pub most: f64,
-    /// What it does.
-    pub meaning: &'static str,
-}
-
-impl Number {
-    /// A value that came as `f32`, whose range may have been rounded outwards.
-    pub fn held(&self, value: f32) -> f64 {
-        f64::from(value).clamp(self.least, self.most)
-    }
-}
-
 macro_rules! numbers {
-    ($($name:ident: $unit:literal, $usual:literal, $least:literal ..= $most:literal, $meaning:literal;)*) => {
-        /// Each number of [`VerdictConfig`], by its name: unit, usual value, range, meaning.
-        #[allow(non_upper_case_globals)]
-        pub mod number {
-            use super::Number;
-            $(
-                #[doc = concat!("`", stringify!($name), "`: ", $meaning, ".")]
-                pub const $name: Number = Number {
-                    unit: $unit,
-                    usual: $usual,
-                    least: $least,
-                    most: $most,
-                    meaning: $meaning,
-                };
-            )*
-        }
-
+    ($($(#[doc = $doc:literal])* $name:ident: $usual:literal, $least:literal ..= $most:literal;)*) => {
         /// Every number of the verdict that is not given by physics. Evidence is a
         /// log-odds, natural logarithm; what each number does to the curve of detection
         /// against false alarms stands in docs/bench.md.
         #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
         pub struct VerdictConfig {
             $(
-                #[doc = concat!($meaning, "; ", $unit, ". Usually ", stringify!($usual), ", from ", stringify!($least), " to ", stringify!($most), ".")]
+                $(#[doc = $doc])*
+                #[doc = concat!("Usually ", stringify!($usual), "; from ", stringify!($least), " to ", stringify!($most), ".")]
                 pub $name: f64,
             )*
         }
@@ -111,25 +74,47 @@ macro_rules! numbers {
 }
 
 numbers! {
-    call: "1", -1.0, -3.0..=3.0, "evidence from which on chatter is called";
-    hysteresis: "1", 2.1, 0.1..=5.0, "evidence, below the call, under which an alarm ends";
-    memory_s: "s", 0.36, 0.1..=5.0, "time in which evidence of 1 moves the sum by 1";
-    doubt: "1", -3.0, -6.0..=0.0, "the sum starts at this and never falls below it";
-    belief: "1", 0.6, 0.0..=10.0, "evidence of a line that nothing speaks against";
-    free_weight: "1", 1.25, 0.0..=4.0, "weight of the log-odds that the rotation does not make the line";
-    free_most: "1", 1.8, 0.0..=6.0, "largest log-odds that count for the line";
-    part_of_rest: "1", 0.0, -5.0..=5.0, "log-odds of the family's part of what the rotation leaves, below which it speaks against chatter";
-    part_of_all: "1", -0.85, -6.0..=3.0, "the same for its part of all power";
-    over_idle_db: "dB", 23.0, 0.0..=40.0, "level over idle below which it speaks against";
-    unheard_idle_db: "dB", 15.0, 0.0..=40.0, "level over an idle that was never heard";
-    fluctuation: "1", -0.65, -5.0..=2.0, "ln of the fluctuation S of the line's power within the window, above which it speaks against";
-    level: "1", -0.17, -3.0..=0.0, "lg of the level over the loudest heard, below which it speaks against";
-    told_sd: "1", 0.01, 0.001..=0.03, "standard deviation of a told speed, as a part of it";
-    on_teeth: "1", 0.7, 0.3..=1.0, "part of the forced lines that lie on multiples of the teeth, not only of the turn";
-    rare_multiple: "1", 20.0, 2.0..=100.0, "multiple of the tooth frequency from which on forced lines become rare";
-    alone: "1", 0.3, 0.01..=1.0, "part of the prior chance to be forced that is left to a line that stands alone: no other line tells of a rotation";
-    breadth: "1", 0.05, 0.001..=0.1, "lines this near, as a part of the frequency, are one vibration";
-    glide: "1/s", 0.05, 0.001..=10.0, "a line that moves faster is bound to no structure, a part of its frequency a second";
+    /// Evidence from which on chatter is called.
+    call: -1.0, -3.0..=3.0;
+    /// Evidence, below the call, under which an alarm ends.
+    hysteresis: 2.1, 0.1..=5.0;
+    /// Time in which evidence of 1 moves the sum by 1, s.
+    memory_s: 0.36, 0.1..=5.0;
+    /// The sum starts at this and never falls below it.
+    doubt: -3.0, -6.0..=0.0;
+    /// Evidence of a line that nothing speaks against.
+    belief: 0.6, 0.0..=10.0;
+    /// Weight of the log-odds that the rotation does not make the line.
+    free_weight: 1.25, 0.0..=4.0;
+    /// Largest log-odds that count for the line.
+    free_most: 1.8, 0.0..=6.0;
+    /// Log-odds of the family's part of what the rotation leaves, below which it speaks
+    /// against chatter.
+    part_of_rest: 0.0, -5.0..=5.0;
+    /// The same for its part of all power.
+    part_of_all: -0.85, -6.0..=3.0;
+    /// Level over idle, dB, below which it speaks against.
+    over_idle_db: 23.0, 0.0..=40.0;
+    /// Level over an idle that was never heard, dB.
+    unheard_idle_db: 15.0, 0.0..=40.0;
+    /// ln of the fluctuation S of the line's power within the window, above which it
+    /// speaks against.
+    fluctuation: -0.65, -5.0..=2.0;
+    /// lg of the level over the loudest heard, below which it speaks against.
+    level: -0.17, -3.0..=0.0;
+    /// Standard deviation of a told speed, as a part of it.
+    told_sd: 0.01, 0.001..=0.03;
+    /// Part of the forced lines that lie on multiples of the teeth, not only of the turn.
+    on_teeth: 0.7, 0.3..=1.0;
+    /// Multiple of the tooth frequency from which on forced lines become rare.
+    rare_multiple: 20.0, 2.0..=100.0;
+    /// Part of the prior chance to be forced that is left to a line that stands alone: no
+    /// other line tells of a rotation.
+    alone: 0.3, 0.01..=1.0;
+    /// Lines this near, as a part of the frequency, are one vibration.
+    breadth: 0.05, 0.001..=0.1;
+    /// A line that moves faster is bound to no structure, a part of its frequency a second.
+    glide: 0.05, 0.001..=10.0;
 }
 
 /// Why a verdict cannot be made.

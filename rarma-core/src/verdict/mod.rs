@@ -29,7 +29,7 @@ mod tracks;
 mod verdict_tests;
 
 pub use caller::Caller;
-pub use config::{Number, VerdictConfig, VerdictError, number};
+pub use config::{VerdictConfig, VerdictError};
 
 use crate::real::Real;
 use belief::{Belief, sigmoid};
@@ -53,8 +53,6 @@ const VOTES: (f64, f64) = (6.0, 1.5);
 const CLEAR: (f64, f64) = (45.0, 5.0);
 /// ln(S + 0.01) of a line whose power does not fluctuate at all.
 const QUITE_STEADY: f64 = -4.6;
-/// A speed that is told anew and differs by this part tells anew what made the lines.
-const TURNED: f64 = 0.01;
 /// Smoothing of the quietest level, s, and forgetting of the loudest in a window.
 const LEVEL_S: f64 = 0.3;
 const LOUDEST: f64 = 0.999;
@@ -126,8 +124,6 @@ pub struct Verdict<T> {
     belief: Belief<T>,
     /// Somebody has told the speed.
     is_told: bool,
-    /// Turns a second by which it was judged what made the lines, as told.
-    origins_hz: T,
     steadiness: Steadiness<T>,
     weigher: Weigher<T>,
     stage: Stage,
@@ -170,7 +166,6 @@ impl<T: Real> Verdict<T> {
         tracks: Tracks::BLANK,
         belief: Belief::BLANK,
         is_told: false,
-        origins_hz: T::ZERO,
         steadiness: Steadiness::BLANK,
         weigher: Weigher::BLANK,
         stage: Stage::Wait,
@@ -225,7 +220,6 @@ impl<T: Real> Verdict<T> {
             tracks,
             belief,
             is_told,
-            origins_hz,
             steadiness,
             weigher,
             stage,
@@ -256,7 +250,6 @@ impl<T: Real> Verdict<T> {
         *until = frame.window;
         *pace = (slices as f64 / (BUSY * frame.hop as f64)) as usize + 1;
         *is_told = listening.spindle_hz.is_some();
-        *origins_hz = T::from_f64(listening.spindle_hz.unwrap_or(0.0));
         let told_hz = listening.spindle_hz.unwrap_or(1.0);
         belief.restart(config, told_hz, listening, *resolution_hz);
         *lines = Lines::BLANK;
@@ -285,12 +278,6 @@ impl<T: Real> Verdict<T> {
         if spindle_hz.is_finite() && spindle_hz > T::from_f64(0.1) {
             self.belief.tell(spindle_hz);
             self.is_told = true;
-            let turned = spindle_hz / self.origins_hz - T::ONE;
-            if turned.abs() >= T::from_f64(TURNED) {
-                // What was believed of each line rests on the old speed.
-                self.origins_hz = spindle_hz;
-                self.tracks.forget_origin();
-            }
         }
     }
 

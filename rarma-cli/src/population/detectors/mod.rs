@@ -10,6 +10,7 @@ mod verdict;
 
 use crate::failure::Failure;
 use hal_sim::population::heard::Heard;
+use rarma_core::Order;
 use rarma_core::verdict::VerdictConfig;
 
 /// One alarm.
@@ -89,6 +90,14 @@ impl Speed {
             _ => self.first_hz(),
         }
     }
+
+    /// The same for a recording that begins so much later, s.
+    pub fn later(&self, by_s: f64) -> Self {
+        match self {
+            Self::Live(course) => Self::Live(course.iter().map(|p| (p.0 - by_s, p.1)).collect()),
+            other => other.clone(),
+        }
+    }
 }
 
 /// What a detector is given.
@@ -104,6 +113,8 @@ pub struct Recording<'a> {
     pub aliased: bool,
     /// Numbers of the verdict.
     pub numbers: VerdictConfig,
+    /// Order of the model.
+    pub order: Order,
 }
 
 impl<'a> Recording<'a> {
@@ -115,6 +126,16 @@ impl<'a> Recording<'a> {
             speed,
             aliased,
             numbers: VerdictConfig::default(),
+            order: Order::O87,
+        }
+    }
+
+    /// Other samples, and all else that is told.
+    pub fn of<'b>(&self, heard: &'b Heard) -> Recording<'b> {
+        Recording {
+            heard,
+            speed: self.speed.clone(),
+            ..*self
         }
     }
 

@@ -67,6 +67,7 @@ pub(super) fn run(
 pub(super) fn config(recording: &Recording) -> MonitorConfig {
     MonitorConfig {
         full_scale: Some(1.0),
+        order: recording.order,
         ..MonitorConfig::new(recording.fs_hz())
     }
 }
