@@ -87,6 +87,7 @@ pub fn job(settings: &Settings, fs_hz: f64) -> MonitorJob {
             tacho_pulses: some(settings.whole(TACHO_PULSES)),
             threshold: f64::from(settings.real(MONITOR_THRESHOLD)),
             memory_s: f64::from(settings.real(MONITOR_MEMORY)),
+            verdict: settings.verdict(),
             ..MonitorConfig::new(fs_hz)
         },
         channel: 0,

@@ -1,7 +1,8 @@
 //! Promise: the page of the box's settings is the table that the firmware checks with, and so
 //! is the schema.
 
-use rarma_core::settings::{Kind, SETTINGS, markdown, write_schema};
+use rarma_core::settings::{Kind, SETTINGS, SettingValue, Settings, markdown, write_schema};
+use rarma_core::verdict::VerdictConfig;
 use std::path::Path;
 
 #[test]
@@ -69,6 +70,25 @@ fn numbers_and_names_are_unique() {
                 a.name,
                 b.name
             );
+        }
+    }
+}
+
+#[test]
+fn the_numbers_of_the_verdict_reach_the_monitor() {
+    let mut settings = Settings::default();
+    let usual = firmware::listen::job(&settings, 48_000.0).monitor;
+    assert_eq!(usual.verdict, VerdictConfig::default());
+    for number in VerdictConfig::NUMBERS {
+        let name = format!("verdict.{}", number.name.replace('_', "-"));
+        let row = SETTINGS.iter().find(|s| s.name == name).expect("a row");
+        for end in [number.least, number.most] {
+            let value = SettingValue::Real(end as f32);
+            settings.set(row.number, value).expect("in range");
+            let monitor = firmware::listen::job(&settings, 48_000.0).monitor;
+            assert_eq!(monitor.check(), Ok(()), "{name}");
+            let got = monitor.verdict.get(number.name).expect("a number");
+            assert!((got - end).abs() <= 1e-6 * end.abs(), "{name}: {got}");
         }
     }
 }

@@ -230,7 +230,9 @@ fn a_full_flash_says_so_and_keeps_everything() {
     let foreign = (1000..3000).take_while(|n| store.get(&mut flash, range.clone(), *n).is_some());
     let foreign = foreign.count();
     println!("{COUNT} settings and {foreign} other numbers in two pages of 2 KiB, twice");
-    assert!((40..60).contains(&foreign), "{foreign}");
+    // Half the range, but for a page kept free, holds records of 16 bytes.
+    let room = (SECTOR - 16) / 16 - COUNT;
+    assert!((room - 8..=room).contains(&foreign), "{foreign} of {room}");
 }
 
 #[test]
@@ -383,7 +385,7 @@ fn the_former_store_is_taken_over() {
 fn pages_wear_evenly() {
     const ERASES: f64 = 10_000.0;
     let mut rng = ChaCha8Rng::seed_from_u64(8);
-    for (pages, at_random, least) in [(4, true, 9e5), (16, true, 8e6), (16, false, 8e6)] {
+    for (pages, at_random, least) in [(4, true, 6e5), (16, true, 8e6), (16, false, 8e6)] {
         let (mut flash, _) = used(pages, 0, &mut rng);
         let range = flash.range();
         let (mut store, _, _) = load(&mut flash);
@@ -407,17 +409,20 @@ fn pages_wear_evenly() {
             .map(|(a, b)| a - b)
             .collect();
         let most = *wear.iter().max().expect("pages");
-        // What nobody saves again stays where it is, and its page is not worn.
-        let fewest = *wear.iter().filter(|n| **n > 0).min().expect("pages");
         let last = ERASES * f64::from(saves) / f64::from(most);
         let what = if at_random {
             "any setting"
         } else {
             "one setting"
         };
-        println!("{pages} pages, {what}: {last:.3e} saves, erases {fewest} to {most}");
-        let even = f64::from(most) <= 1.1 * f64::from(fewest);
-        assert!(even && last >= least && last < 2.0 * least, "{wear:?}");
+        println!("{pages} pages, {what}: {last:.3e} saves, erases {wear:?}");
+        for half in wear.chunks(pages / 2) {
+            // What nobody saves again stays where it is, and its page is not worn.
+            let used = half.iter().copied().filter(|n| *n > 0);
+            let (fewest, most) = (used.clone().min(), used.max());
+            assert!(most <= fewest.map(|n| n + 2), "{wear:?}");
+        }
+        assert!(last >= least && last < 2.0 * least, "{wear:?}");
     }
 }
 
@@ -464,10 +469,11 @@ fn damage_is_told_by_name() {
 }
 
 /// What the store before this one does under the same events, and what two maps of the same
-/// library do with a check in every value: the table of decision 62, in docs/bench.md.
+/// library do with a check in every value: the table of decision 62, in docs/bench.md. Eight
+/// pages at the least: a map of that library has no room for every setting in four.
 #[test]
 fn the_former_store_loses_what_this_one_keeps() {
-    let trials: Vec<Trial> = [(true, 4), (true, 16), (false, 4), (false, 16)]
+    let trials: Vec<Trial> = [(true, 8), (true, 16), (false, 8), (false, 16)]
         .map(|(mends, pages)| Trial {
             cuts: 400,
             flips: 0.3,

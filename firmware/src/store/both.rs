@@ -108,6 +108,39 @@ impl<F: NorFlash> Both<'_, F> {
         }
     }
 
+    /// Erases a page of a half that has no room left, because the pages it could use are worn:
+    /// one that holds something, all of which the other half has. False if there is none.
+    pub fn give_up(&mut self, which: usize, [first, second]: &[Index; 2]) -> bool {
+        let (index, other) = if which == 0 {
+            (first, second)
+        } else {
+            (second, first)
+        };
+        for page in self.half(which).beside_head() {
+            let (mut at, end) = (page, page + F::ERASE_SIZE as u32);
+            let (mut holds, mut stands) = (false, true);
+            while at < end
+                && stands
+                && let Some((there, record)) = self.half(which).next_needed(index, at)
+            {
+                let claim = record.claim;
+                let order = match place_of(claim.number) {
+                    Some(place) => other.order.get(place).copied(),
+                    None => {
+                        let found = self.half(1 - which).search(claim.number);
+                        found.map(|(_, record)| record.claim.order)
+                    }
+                };
+                (holds, stands) = (true, order >= Some(claim.order));
+                at = there + claim.size() as u32;
+            }
+            if holds && stands {
+                return self.half(which).clear(page);
+            }
+        }
+        false
+    }
+
     /// Whether any word of a half begins with this claim, as a sound record or not.
     fn holds(&mut self, which: usize, is: impl Fn(Claim, bool) -> bool) -> bool {
         let mut half = self.half(which);

@@ -159,7 +159,6 @@ fn agree<F: NorFlash>(
 fn tidy<F: NorFlash>(both: &mut Both<'_, F>, range: &Range<u32>) -> bool {
     for which in [0, 1] {
         let mut indices = both.indices();
-        let complete = indices[0].order == indices[1].order;
         let Some(index) = indices.get_mut(which) else {
             continue;
         };
@@ -172,8 +171,7 @@ fn tidy<F: NorFlash>(both: &mut Both<'_, F>, range: &Range<u32>) -> bool {
         match half.make_room(index) {
             Some(Room::Had) => {}
             Some(Room::Made) => return true,
-            None if complete && half.give_up() => {
-                // The other half has it all.
+            None if both.give_up(which, &indices) => {
                 let indices = both.indices();
                 both.level(&indices, &mut Loaded::default());
                 both.level_foreign();

@@ -5,7 +5,7 @@ use super::score::{Score, Sum, judge};
 use crate::failure::Failure;
 use hal_sim::population::Cut;
 use hal_sim::population::heard::Heard;
-use rarma_core::verdict::VerdictConfig;
+use rarma_core::verdict::{Number, VerdictConfig};
 
 /// Numbers of which one is not the usual.
 #[derive(Debug, Clone, Copy)]
@@ -22,8 +22,11 @@ pub struct Variant {
 /// out of range is held at its end.
 pub fn variants(usual: &VerdictConfig) -> Vec<Variant> {
     let mut all = Vec::new();
-    for name in VerdictConfig::NAMES {
-        let (Some(x), Some((least, most))) = (usual.get(name), VerdictConfig::range(name)) else {
+    for &Number {
+        name, least, most, ..
+    } in VerdictConfig::NUMBERS
+    {
+        let Some(x) = usual.get(name) else {
             continue;
         };
         let others = if x == 0.0 {
@@ -88,7 +91,7 @@ mod tests {
     fn every_number_is_changed_both_ways_and_alone() {
         let usual = VerdictConfig::default();
         let all = variants(&usual);
-        for name in VerdictConfig::NAMES {
+        for Number { name, .. } in VerdictConfig::NUMBERS {
             let of_it: Vec<&Variant> = all.iter().filter(|v| v.name == *name).collect();
             assert!(!of_it.is_empty(), "{name}");
             for variant in of_it {
@@ -99,6 +102,6 @@ mod tests {
                 assert_ne!(variant.numbers, usual);
             }
         }
-        assert!(all.len() > VerdictConfig::NAMES.len());
+        assert!(all.len() > VerdictConfig::NUMBERS.len());
     }
 }

@@ -5,6 +5,19 @@
 //! meanings a setting has had: a stored record of another one is not read.
 
 use super::value::{Key, Kind, Real, Secret, Setting, Takes, Whole};
+use crate::verdict::{Number, number};
+
+const fn low(of: Number) -> f32 {
+    of.least as f32
+}
+
+const fn high(of: Number) -> f32 {
+    of.most as f32
+}
+
+const fn usual(of: Number) -> f32 {
+    of.usual as f32
+}
 
 macro_rules! kind {
     (Real, $low:expr, $high:expr, $default:expr) => {
@@ -203,4 +216,43 @@ table! {
 
     120 LINK_KEY: Secret "link.key", "1", 0, 0, 0, AtOnce,
         "key that seals every command which changes anything; set at the box's own port, never shown";
+
+    130 VERDICT_CALL: Real "verdict.call", "1", low(number::call), high(number::call), usual(number::call), NextMode,
+        "evidence from which on chatter is called; a greater one calls less often";
+    131 VERDICT_HYSTERESIS: Real "verdict.hysteresis", "1", low(number::hysteresis), high(number::hysteresis), usual(number::hysteresis), NextMode,
+        "an alarm ends so far below verdict.call";
+    132 VERDICT_MEMORY_S: Real "verdict.memory-s", "s", low(number::memory_s), high(number::memory_s), usual(number::memory_s), NextMode,
+        "time in which evidence of 1 moves the sum by 1";
+    133 VERDICT_DOUBT: Real "verdict.doubt", "1", low(number::doubt), high(number::doubt), usual(number::doubt), NextMode,
+        "the sum of evidence starts here and never falls below";
+    134 VERDICT_BELIEF: Real "verdict.belief", "1", low(number::belief), high(number::belief), usual(number::belief), NextMode,
+        "evidence of a line that nothing speaks against";
+    135 VERDICT_FREE_WEIGHT: Real "verdict.free-weight", "1", low(number::free_weight), high(number::free_weight), usual(number::free_weight), NextMode,
+        "weight of the log-odds that the rotation does not make the line";
+    136 VERDICT_FREE_MOST: Real "verdict.free-most", "1", low(number::free_most), high(number::free_most), usual(number::free_most), NextMode,
+        "largest log-odds that count for the line";
+    137 VERDICT_PART_OF_REST: Real "verdict.part-of-rest", "1", low(number::part_of_rest), high(number::part_of_rest), usual(number::part_of_rest), NextMode,
+        "log-odds of the part of what the rotation leaves, below which it speaks against";
+    138 VERDICT_PART_OF_ALL: Real "verdict.part-of-all", "1", low(number::part_of_all), high(number::part_of_all), usual(number::part_of_all), NextMode,
+        "the same for the part of all power";
+    139 VERDICT_OVER_IDLE_DB: Real "verdict.over-idle-db", "dB", low(number::over_idle_db), high(number::over_idle_db), usual(number::over_idle_db), NextMode,
+        "level over idle below which it speaks against";
+    140 VERDICT_UNHEARD_IDLE_DB: Real "verdict.unheard-idle-db", "dB", low(number::unheard_idle_db), high(number::unheard_idle_db), usual(number::unheard_idle_db), NextMode,
+        "level over an idle that was never heard";
+    141 VERDICT_FLUCTUATION: Real "verdict.fluctuation", "1", low(number::fluctuation), high(number::fluctuation), usual(number::fluctuation), NextMode,
+        "ln of the power's fluctuation above which it speaks against";
+    142 VERDICT_LEVEL: Real "verdict.level", "1", low(number::level), high(number::level), usual(number::level), NextMode,
+        "lg of the level over the loudest heard, below which it speaks against";
+    143 VERDICT_TOLD_SD: Real "verdict.told-sd", "1", low(number::told_sd), high(number::told_sd), usual(number::told_sd), NextMode,
+        "standard deviation of a told speed, as a part of it";
+    144 VERDICT_ON_TEETH: Real "verdict.on-teeth", "1", low(number::on_teeth), high(number::on_teeth), usual(number::on_teeth), NextMode,
+        "part of the forced lines that lie on multiples of the teeth";
+    145 VERDICT_RARE_MULTIPLE: Real "verdict.rare-multiple", "1", low(number::rare_multiple), high(number::rare_multiple), usual(number::rare_multiple), NextMode,
+        "multiple of the tooth frequency from which on forced lines become rare";
+    146 VERDICT_ALONE: Real "verdict.alone", "1", low(number::alone), high(number::alone), usual(number::alone), NextMode,
+        "part of the prior chance to be forced that is left to a line alone";
+    147 VERDICT_BREADTH: Real "verdict.breadth", "1", low(number::breadth), high(number::breadth), usual(number::breadth), NextMode,
+        "lines this near, as a part of the frequency, are one vibration";
+    148 VERDICT_GLIDE: Real "verdict.glide", "1/s", low(number::glide), high(number::glide), usual(number::glide), NextMode,
+        "a line that moves faster, as a part of its frequency, is bound to no structure";
 }

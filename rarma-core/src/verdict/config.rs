@@ -3,6 +3,19 @@
 use core::fmt;
 use serde::{Deserialize, Serialize};
 
+/// A number of the verdict: what it usually is, and where it may lie.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Number {
+    /// Its name, a field of [`VerdictConfig`].
+    pub name: &'static str,
+    /// Its usual value.
+    pub usual: f64,
+    /// Its least value.
+    pub least: f64,
+    /// Its largest value.
+    pub most: f64,
+}
+
 macro_rules! numbers {
     ($($(#[doc = $doc:literal])* $name:ident: $usual:literal, $least:literal ..= $most:literal;)*) => {
         /// Every number of the verdict that is not given by physics. Evidence is a
@@ -23,9 +36,29 @@ macro_rules! numbers {
             }
         }
 
+        /// Each number as a constant, for a table of settings.
+        #[allow(non_upper_case_globals)]
+        pub mod number {
+            use super::Number;
+            $(
+                $(#[doc = $doc])*
+                pub const $name: Number =
+                    Number { name: stringify!($name), usual: $usual, least: $least, most: $most };
+            )*
+        }
+
         impl VerdictConfig {
-            /// Names of the numbers.
-            pub const NAMES: &'static [&'static str] = &[$(stringify!($name)),*];
+            /// All numbers.
+            pub const NUMBERS: &'static [Number] = &[$(number::$name),*];
+
+            /// Every number as `value` gives it, brought into its range; a NaN is the usual one.
+            pub fn of(value: impl Fn(&Number) -> f64) -> Self {
+                let within = |n: &Number| {
+                    let x = value(n);
+                    if x.is_nan() { n.usual } else { x.clamp(n.least, n.most) }
+                };
+                Self { $($name: within(&number::$name),)* }
+            }
 
             /// Sets one number by its name.
             ///
@@ -48,14 +81,6 @@ macro_rules! numbers {
             pub fn get(&self, name: &str) -> Option<f64> {
                 match name {
                     $(stringify!($name) => Some(self.$name),)*
-                    _ => None,
-                }
-            }
-
-            /// Least and largest value of a number.
-            pub fn range(name: &str) -> Option<(f64, f64)> {
-                match name {
-                    $(stringify!($name) => Some(($least, $most)),)*
                     _ => None,
                 }
             }
@@ -144,8 +169,8 @@ impl fmt::Display for VerdictError {
         match self {
             Self::Name => {
                 f.write_str("no such number; there are")?;
-                for name in VerdictConfig::NAMES {
-                    write!(f, " {name}")?;
+                for number in VerdictConfig::NUMBERS {
+                    write!(f, " {}", number.name)?;
                 }
                 Ok(())
             }
@@ -165,9 +190,15 @@ mod tests {
 
     #[test]
     fn numbers_are_few_and_set_by_name() {
-        assert!(VerdictConfig::NAMES.len() <= 20);
+        assert!(VerdictConfig::NUMBERS.len() <= 20);
         let mut config = VerdictConfig::default();
         config.check().expect("the usual ones are in range");
+        assert_eq!(VerdictConfig::of(|n| n.usual), config);
+        assert_eq!(VerdictConfig::of(|_| f64::NAN), config);
+        for (far, end) in [(-1e9, -3.0), (1e9, 3.0)] {
+            let brought = VerdictConfig::of(|_| far);
+            assert_eq!((brought.check(), brought.call), (Ok(()), end));
+        }
         config.set("memory_s", 0.25).expect("in range");
         assert_eq!(config.memory_s, 0.25);
         assert_eq!(config.set("memory", 0.25), Err(VerdictError::Name));

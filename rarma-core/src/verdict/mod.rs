@@ -29,7 +29,7 @@ mod tracks;
 mod verdict_tests;
 
 pub use caller::Caller;
-pub use config::{VerdictConfig, VerdictError};
+pub use config::{Number, VerdictConfig, VerdictError, number};
 
 use crate::real::Real;
 use belief::{Belief, sigmoid};

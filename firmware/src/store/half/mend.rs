@@ -24,7 +24,7 @@ impl<F: NorFlash> Half<'_, F> {
                 && !(page..own).step_by(WORD).all(|at| self.is_erased(at))
             {
                 // If that fails it stays as it is.
-                let _ = self.flash.erase(page, end);
+                let _ = self.clear(page);
             }
         }
     }
@@ -72,15 +72,11 @@ impl<F: NorFlash> Half<'_, F> {
                 return Some(false);
             }
         }
-        Some(self.flash.erase(page, self.end_of(page)).is_ok())
+        Some(self.clear(page))
     }
 
-    /// Erases a page beside the head. Only while the other half has everything.
-    pub fn give_up(&mut self) -> bool {
-        let Some((head, _)) = self.head() else {
-            return false;
-        };
-        let page = self.others(head).next();
-        page.is_some_and(|page| self.flash.erase(page, self.end_of(page)).is_ok())
+    /// Erases a page. False if the flash says that it failed.
+    pub fn clear(&mut self, page: u32) -> bool {
+        self.flash.erase(page, self.end_of(page)).is_ok()
     }
 }

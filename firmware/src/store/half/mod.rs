@@ -105,6 +105,12 @@ impl<F: NorFlash> Half<'_, F> {
         after.chain(before).step_by(F::ERASE_SIZE)
     }
 
+    /// Every page but the one that takes records.
+    pub fn beside_head(&mut self) -> impl Iterator<Item = u32> + use<F> {
+        let head = self.head().map(|(page, _)| page);
+        self.pages().filter(move |page| Some(*page) != head)
+    }
+
     /// Of [`Index::damaged`]; pages beyond its bits are never emptied for their age.
     fn bit(&self, page: u32) -> u32 {
         let number = (page - self.range.start) / Self::PAGE_BYTES;
@@ -273,17 +279,29 @@ impl<F: NorFlash> Half<'_, F> {
         }
     }
 
-    /// Bytes of what is needed in a page.
-    fn needed(&mut self, index: &Index, page: u32) -> u32 {
-        let (mut at, mut bytes) = (page, 0);
-        while at < self.end_of(page) {
+    /// The next record of a page that is needed, from a place in it on.
+    pub fn next_needed(&mut self, index: &Index, from: u32) -> Option<(u32, Record)> {
+        let (mut at, end) = (from, self.end_of(self.page_of(from)));
+        while at < end {
             let found = self.look(at);
             if let Found::Record(record) = found
                 && self.is_needed(index, at, &record)
             {
-                bytes += found.size();
+                return Some((at, record));
             }
             at += found.size();
+        }
+        None
+    }
+
+    /// Bytes of what is needed in a page.
+    fn needed(&mut self, index: &Index, page: u32) -> u32 {
+        let (mut at, end, mut bytes) = (page, self.end_of(page), 0);
+        while at < end
+            && let Some((there, record)) = self.next_needed(index, at)
+        {
+            let size = record.claim.size() as u32;
+            (at, bytes) = (there + size, bytes + size);
         }
         bytes
     }

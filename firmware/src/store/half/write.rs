@@ -92,20 +92,17 @@ impl<F: NorFlash> Half<'_, F> {
     /// Copies what is needed of a page to the head, and notes where it is then.
     pub fn evacuate(&mut self, index: &mut Index, page: u32) -> Result<(), StoreError> {
         let (head, _) = self.head().ok_or(StoreError::Flash)?;
-        let mut at = page;
-        while at < self.end_of(page) {
-            let found = self.look(at);
-            if let Found::Record(record) = found
-                && self.is_needed(index, at, &record)
-            {
-                let put = self.put(head, &record, 0).ok_or(StoreError::Flash)?;
-                let word = ((put - self.range.start) / WORD as u32) as u16;
-                let place = place_of(record.claim.number);
-                if let Some(there) = place.and_then(|place| index.place.get_mut(place)) {
-                    *there = word;
-                }
+        let (mut at, end) = (page, self.end_of(page));
+        while at < end
+            && let Some((there, record)) = self.next_needed(index, at)
+        {
+            let put = self.put(head, &record, 0).ok_or(StoreError::Flash)?;
+            let word = ((put - self.range.start) / WORD as u32) as u16;
+            let place = place_of(record.claim.number);
+            if let Some(known) = place.and_then(|place| index.place.get_mut(place)) {
+                *known = word;
             }
-            at += found.size();
+            at = there + record.claim.size() as u32;
         }
         Ok(())
     }
