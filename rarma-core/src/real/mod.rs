@@ -82,7 +82,7 @@ pub trait Real:
 }
 
 macro_rules! real {
-    ($t:ty, $consts:ident, $sqrt:path, $sincos:path, $ln_1p:path, $ln:ident, $exp:ident, $atan2:path, $round:ident) => {
+    ($t:ty, $consts:ident, $sqrt:path, $sincos:path, $ln_1p:path, $ln:path, $exp:path, $atan2:path, $round:path) => {
         impl Real for $t {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -119,11 +119,11 @@ macro_rules! real {
             }
             #[inline(always)]
             fn ln(self) -> Self {
-                libm::$ln(self)
+                $ln(self)
             }
             #[inline(always)]
             fn exp(self) -> Self {
-                libm::$exp(self)
+                $exp(self)
             }
             #[inline(always)]
             fn atan2(self, x: Self) -> Self {
@@ -135,7 +135,7 @@ macro_rules! real {
             }
             #[inline(always)]
             fn round(self) -> Self {
-                libm::$round(self)
+                $round(self)
             }
             #[inline(always)]
             fn abs(self) -> Self {
@@ -155,10 +155,10 @@ real!(
     single::sqrt,
     single::sin_cos,
     single::ln_1p,
-    logf,
-    expf,
+    single::ln,
+    single::exp,
     single::atan2,
-    roundf
+    single::round
 );
 real!(
     f64,
@@ -166,8 +166,8 @@ real!(
     libm::sqrt,
     libm::sincos,
     libm::log1p,
-    log,
-    exp,
+    libm::log,
+    libm::exp,
     libm::atan2,
-    round
+    libm::round
 );

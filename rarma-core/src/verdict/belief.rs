@@ -31,6 +31,8 @@ const PRIOR: f64 = 0.8;
 const OTHERS: f64 = 0.002;
 /// Deviation of a line's frequency, in units of the resolution.
 const LINE_SD: f64 = 0.15;
+/// A speed so much less likely than the likeliest, natural logarithm, has no chance.
+const IMPOSSIBLE: f64 = -25.0;
 /// A line of the comb is looked for so many deviations about.
 const REACH: f64 = 3.5;
 /// Deviations over the spacing from which on every frequency lies on the comb.
@@ -46,8 +48,10 @@ const FOLDED: (f64, f64, f64, f64) = (0.5, 0.2, 0.2, 0.1);
 /// The belief.
 #[derive(Debug, Clone)]
 pub(super) struct Belief<T> {
-    /// Mean log-likelihood of each speed.
+    /// Mean log-likelihood of each speed over that of one no line speaks for, which is
+    /// `everywhere`.
     heard: [T; SPEEDS],
+    everywhere: T,
     /// Its probability, not normed, and how likely it made the line at hand.
     chance: [T; SPEEDS],
     mixed: [T; SPEEDS],
@@ -75,6 +79,7 @@ impl<T: Real> Belief<T> {
     /// Zeros, until [`Self::restart`].
     pub(super) const BLANK: Self = Self {
         heard: [T::ZERO; SPEEDS],
+        everywhere: T::ZERO,
         chance: [T::ZERO; SPEEDS],
         mixed: [T::ZERO; SPEEDS],
         told_hz: T::ZERO,
@@ -105,6 +110,7 @@ impl<T: Real> Belief<T> {
     ) {
         // The rest is set by the prior, and by what is heard.
         self.heard.fill(T::ZERO);
+        self.everywhere = T::ZERO;
         self.mixed.fill(T::ZERO);
         self.told_hz = T::from_f64(told_hz);
         self.teeth = T::from_u32(listening.teeth);
@@ -161,6 +167,7 @@ impl<T: Real> Belief<T> {
     /// The comb has left its place: the told speed is that of before.
     pub(super) fn moved(&mut self) {
         self.heard.fill(T::ZERO);
+        self.everywhere = T::ZERO;
         self.least = T::from_f64(LEAST_MOVED);
         self.prior_sum = self.prior_sums.1;
     }
@@ -196,6 +203,7 @@ impl<T: Real> Belief<T> {
     /// Lines of this weight together are about to be heard.
     pub(super) fn forget(&mut self, weights: T) {
         let keep = T::ONE - Self::gain() * weights.min(T::ONE);
+        self.everywhere *= keep;
         for heard in &mut self.heard {
             *heard *= keep;
         }
@@ -211,12 +219,11 @@ impl<T: Real> Belief<T> {
         let gain = Self::gain() * weights.min(T::ONE) * weight;
         let off = T::from_f64(1.0 - FORCED);
         let nowhere = gain * off.ln();
+        self.everywhere += nowhere;
         for (heard, mixed) in self.heard.iter_mut().zip(&self.mixed) {
-            *heard += if *mixed > T::ZERO {
-                gain * (off + T::from_f64(FORCED) * *mixed).ln()
-            } else {
-                nowhere
-            };
+            if *mixed > T::ZERO {
+                *heard += gain * (off + T::from_f64(FORCED) * *mixed).ln() - nowhere;
+            }
         }
     }
 
@@ -225,12 +232,17 @@ impl<T: Real> Belief<T> {
         let n = T::from_f64(INDEPENDENT);
         self.largest = T::from_f64(-1e30);
         for i in 0..SPEEDS {
-            self.chance[i] = self.prior(i) + n * self.heard[i];
+            self.chance[i] = self.prior(i) + n * (self.everywhere + self.heard[i]);
             self.largest = self.largest.max(self.chance[i]);
         }
         let (mut sum, mut first, mut second) = (T::ZERO, T::ZERO, T::ZERO);
         for i in 0..SPEEDS {
-            let p = (self.chance[i] - self.largest).exp();
+            let below = self.chance[i] - self.largest;
+            if below < T::from_f64(IMPOSSIBLE) {
+                self.chance[i] = T::ZERO;
+                continue;
+            }
+            let p = below.exp();
             self.chance[i] = p;
             let u = Self::u(i);
             sum += p;
@@ -253,7 +265,7 @@ impl<T: Real> Belief<T> {
         let (mut sum, mut on) = (T::ZERO, T::ZERO);
         let has_spoken = weight > T::ZERO;
         for (chance, mixed) in self.chance.iter().zip(&self.mixed) {
-            if *mixed > T::ZERO {
+            if *chance > T::ZERO && *mixed > T::ZERO {
                 let back = if has_spoken {
                     *chance * (-own * (off + T::from_f64(FORCED) * *mixed).ln()).exp()
                 } else {
@@ -329,8 +341,9 @@ impl<T: Real> Belief<T> {
         while k <= last {
             // Speeds whose k-th multiple lies near the line.
             let u = (order / k).ln();
-            let from = (to_index(u - reach) + T::from_f64(0.499)).round().to_f32() as usize;
-            let to = (to_index(u + reach) - T::from_f64(0.499)).round().to_f32() as usize;
+            // Up to the next one, and down; a whole number stays.
+            let from = (to_index(u - reach) + T::from_f64(0.999)).to_f32() as usize;
+            let to = (to_index(u + reach) + T::from_f64(0.001)).to_f32() as usize;
             if let Some(near) = self.mixed.get_mut(from..=to.min(SPEEDS - 1))
                 && !near.is_empty()
             {

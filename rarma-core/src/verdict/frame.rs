@@ -30,9 +30,9 @@ const SETTLED_S: f64 = 0.2;
 /// Half the width of a line, in units of one over the window.
 const HALF_LINE: f64 = 2.0;
 /// Work of one slice.
-const PUT: usize = 8;
-const BUTTERFLIES: usize = 8;
-const PAIRS: usize = 4;
+const PUT: usize = 16;
+const BUTTERFLIES: usize = 4;
+const PAIRS: usize = 8;
 const BINS: usize = 16;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -186,7 +186,8 @@ impl<T: Real> Frame<T> {
 
     /// Slices of work from [`Self::begin`] to the end, at most.
     pub(super) fn slices() -> usize {
-        FRAME / PUT + HALF / 2 * 10 / BUTTERFLIES + HALF / 2 / PAIRS + HALF / BINS + 8
+        let transform = SlicedFft::<T, HALF>::BUTTERFLIES / BUTTERFLIES;
+        FRAME / PUT + transform + HALF / 2 / PAIRS + HALF / BINS + 8
     }
 
     /// One slice; whether the spectrum is ready.

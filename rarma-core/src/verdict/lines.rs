@@ -106,14 +106,16 @@ impl<T: Real> Lines<T> {
     /// Looks for peaks among some bins; `turn_hz` is the speed, where one is known.
     pub(super) fn scan(&mut self, frame: &Frame<T>, from: usize, to: usize, turn_hz: Option<T>) {
         let first = turn_hz.map_or(T::ZERO, |hz| hz * T::from_f64(FIRST_TURNS));
+        let (mut before, mut p) = (frame.power(from - 1), frame.power(from));
         for k in from..to.min(frame.bins.1) {
-            let p = frame.power(k);
-            if p > frame.power(k - 1) && p >= frame.power(k + 1) {
+            let after = frame.power(k + 1);
+            if p > before && p >= after {
                 self.strongest.take(k, p);
                 if T::from_u32(k as u32) * frame.bin_hz < first {
                     self.first_turns.take(k, p);
                 }
             }
+            (before, p) = (p, after);
         }
     }
 

@@ -488,7 +488,7 @@ impl<T: Real> Verdict<T> {
             sight.fluctuation = T::from_f64(QUITE_STEADY);
             let most = self.weigher.weigh(&sight);
             if most > T::ZERO || self.tracks.of(k).evidence > self.weigher.doubt() {
-                self.steadiness.begin(self.angle * line.f_hz);
+                self.steadiness.begin(self.angle * line.f_hz, &self.frame);
                 return Stage::Steady(k);
             }
             self.fluctuation[k.min(CANDIDATES - 1)] = T::ZERO;

@@ -14,8 +14,10 @@ const WEIGHTS: (f64, f64) = (0.146, 0.854);
 pub(super) struct Steadiness<T> {
     sums: [(T, T); SEGMENTS],
     at: usize,
-    turn: (T, T),
+    /// e^(−jω) of one sample, and of the segments so far and of one.
     step: (T, T),
+    turn: (T, T),
+    segment: (T, T),
 }
 
 impl<T: Real> Steadiness<T> {
@@ -23,32 +25,38 @@ impl<T: Real> Steadiness<T> {
     pub(super) const BLANK: Self = Self {
         sums: [(T::ZERO, T::ZERO); SEGMENTS],
         at: 0,
-        turn: (T::ZERO, T::ZERO),
         step: (T::ZERO, T::ZERO),
+        turn: (T::ZERO, T::ZERO),
+        segment: (T::ZERO, T::ZERO),
     };
 
     /// Begins with a line of so many radians a sample.
-    pub(super) fn begin(&mut self, angle: T) {
-        let (s, c) = angle.sin_cos();
-        self.step = (c, -s);
+    pub(super) fn begin(&mut self, angle: T, frame: &Frame<T>) {
+        let rotation = |angle: T| {
+            let turns = (angle * T::from_f64(0.5 / core::f64::consts::PI)).round();
+            let (s, c) = (angle - turns * T::from_f64(core::f64::consts::TAU)).sin_cos();
+            (c, -s)
+        };
+        self.step = rotation(angle);
+        self.segment = rotation(angle * T::from_u32((frame.window / SEGMENTS) as u32));
         self.turn = (T::ONE, T::ZERO);
         self.at = 0;
     }
 
-    /// One segment; whether all are done.
+    /// One segment; whether all are done. Its sum Σ xₙ·e^(−jωn) is e^(−jω(L−1))·(v − v'·e^(−jω))
+    /// with v = x + 2cos ω·v' − v″ over its L samples (Goertzel).
     pub(super) fn work(&mut self, frame: &Frame<T>) -> bool {
         let length = frame.window / SEGMENTS;
-        let (mut re, mut im) = (T::ZERO, T::ZERO);
-        let (mut c, mut s) = self.turn;
-        let (dc, ds) = self.step;
+        let (c, s) = self.step;
+        let twice = c + c;
+        let (mut v, mut before) = (T::ZERO, T::ZERO);
         for i in self.at * length..(self.at + 1) * length {
-            let x = frame.sample(i);
-            re += x * c;
-            im += x * s;
-            (c, s) = (c * dc - s * ds, s * dc + c * ds);
+            (v, before) = (frame.sample(i) + twice * v - before, v);
         }
-        self.turn = (c, s);
-        self.sums[self.at & (SEGMENTS - 1)] = (re, im);
+        // By one sample too far, in every segment: no power changes.
+        self.turn = times(self.turn, self.segment);
+        let sum = times((v - before * c, -before * s), self.turn);
+        self.sums[self.at & (SEGMENTS - 1)] = sum;
         self.at += 1;
         self.at >= SEGMENTS
     }
@@ -80,6 +88,11 @@ impl<T: Real> Steadiness<T> {
     }
 }
 
+#[inline(always)]
+fn times<T: Real>(a: (T, T), b: (T, T)) -> (T, T) {
+    (a.0 * b.0 - a.1 * b.1, a.0 * b.1 + a.1 * b.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -93,7 +106,7 @@ mod tests {
         }
         frame.begin();
         let mut s = Steadiness::BLANK;
-        s.begin(core::f64::consts::TAU * f_hz / fs);
+        s.begin(core::f64::consts::TAU * f_hz / fs, &frame);
         while !s.work(&frame) {}
         s.value()
     }

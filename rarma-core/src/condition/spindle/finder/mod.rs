@@ -27,7 +27,7 @@ const HALF: usize = 1024;
 /// Samples a spectrum is made of.
 pub const FRAME: usize = 2 * HALF;
 /// Work per call: butterflies, pairs of bins, bins looked at for a peak.
-const BUTTERFLIES: usize = 16;
+const BUTTERFLIES: usize = 4;
 const PAIRS: usize = 4;
 const BINS: usize = 2;
 /// Search around a told speed, as a fraction.
