@@ -195,7 +195,7 @@ fn parse(text: &str) -> Result<Circles, InputError> {
         }
         let Some((dialect, columns, count)) = &table else {
             let dialect = Dialect::of(line);
-            let names: Vec<&str> = line.split(dialect.separator).map(str::trim).collect();
+            let names = dialect.fields(line);
             table = Some((dialect, columns(number, &names)?, names.len()));
             continue;
         };
@@ -207,7 +207,7 @@ fn parse(text: &str) -> Result<Circles, InputError> {
                 "fill in the readings or leave the run out",
             ));
         }
-        let fields: Vec<&str> = line.split(dialect.separator).map(str::trim).collect();
+        let fields = dialect.fields(line);
         if fields.len() < *count {
             return Err(hole(number, fields.len() + 1));
         }

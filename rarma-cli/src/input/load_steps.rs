@@ -25,7 +25,7 @@ fn parse(text: &str) -> Result<Vec<LoadStep>, InputError> {
         .filter(|(_, l)| !l.is_empty() && !l.starts_with('#'));
     let (number, head) = lines.next().unwrap_or((1, ""));
     let dialect = Dialect::of(head);
-    let names: Vec<&str> = head.split(dialect.separator).map(str::trim).collect();
+    let names = dialect.fields(head);
     if names != NAMES {
         return Err(InputError::new(
             Problem::Header,
@@ -36,7 +36,7 @@ fn parse(text: &str) -> Result<Vec<LoadStep>, InputError> {
     }
     let mut out = Vec::new();
     for (number, line) in lines {
-        let fields: Vec<&str> = line.split(dialect.separator).map(str::trim).collect();
+        let fields = dialect.fields(line);
         let value =
             |column: usize, unit: f64| dialect.quantity((number, column), fields.get(column), unit);
         out.push(LoadStep {

@@ -7,6 +7,9 @@
 //! 12.4,4950
 //! ```
 //!
+//! The sign, which tells the direction, is of no account. A spindle that stands makes no lines: a
+//! line that says so is checked and passed over, and the speed before stays in force.
+//!
 //! Beside a recording it is read whole, and refused before anything is heard. Beside a live sound a
 //! pipe is read line by line as it comes: what is wrong with a line is said, and the line is passed
 //! over.
@@ -27,7 +30,7 @@ const MOST_BYTES: u64 = 1 << 28;
 const LONGEST: u64 = 1 << 10;
 /// A pipe is read so many lines ahead, and no further: whoever writes more waits.
 const AHEAD: usize = 1 << 10;
-/// What a spindle may turn, 1/min.
+/// What a spindle may turn, 1/min; below it stands.
 const RPM: (f64, f64) = (0.06, 300_000.0);
 
 /// Time, s, and speed, 1/min.
@@ -230,7 +233,8 @@ impl<R: Read> Lines<R> {
         Ok(read > 0)
     }
 
-    /// What the line tells; nothing if it is a comment, empty, or the header.
+    /// What the line tells; nothing if it is a comment, empty, or the header, or if the spindle
+    /// stands.
     fn row(&mut self) -> Result<Option<Row>, InputError> {
         let text = String::from_utf8_lossy(&self.line);
         let line = text.trim();
@@ -251,7 +255,7 @@ impl<R: Read> Lines<R> {
         }
         let is_first = self.dialect.is_none();
         let dialect = *self.dialect.get_or_insert_with(|| Dialect::of(line));
-        let fields: Vec<&str> = line.split(dialect.separator).map(str::trim).collect();
+        let fields = dialect.fields(line);
         if is_first && fields.iter().all(|field| dialect.number(field).is_none()) {
             return Ok(None);
         }
@@ -263,12 +267,13 @@ impl<R: Read> Lines<R> {
             let number = dialect.number(field).filter(|x| x.is_finite());
             number.ok_or_else(|| not_a_number(self.number, column + 1, field))
         };
-        let (t_s, rpm) = (number(0)?, number(1)?);
-        if !(RPM.0..=RPM.1).contains(&rpm) {
+        // The sign is the direction.
+        let (t_s, rpm) = (number(0)?, number(1)?.abs());
+        if rpm > RPM.1 {
             return Err(InputError::new(
                 Problem::Range,
                 at,
-                format!("{rpm} 1/min is no speed: 0.06 to 300000"),
+                format!("{rpm} 1/min is no speed: 300000 at most"),
                 "leave the line out, or correct it",
             ));
         }
@@ -283,7 +288,7 @@ impl<R: Read> Lines<R> {
             ));
         }
         self.last_s = Some(t_s);
-        Ok(Some((t_s, rpm)))
+        Ok((rpm >= RPM.0).then_some((t_s, rpm)))
     }
 }
 
@@ -313,12 +318,24 @@ mod tests {
     }
 
     #[test]
+    fn a_stop_a_direction_and_blanks_are_understood() {
+        let mut speeds = read("0 0\n0.5  -4500\n2 0\n2.5\t4600\n").expect("speeds");
+        assert_eq!(speeds.first(), 4500.0);
+        let mut due = |t| speeds.due(t, |why| panic!("{why}"));
+        assert_eq!(due(0.4), None);
+        assert_eq!(due(2.2), Some(4500.0));
+        assert_eq!(due(9.0), Some(4600.0));
+    }
+
+    #[test]
     fn what_is_wrong_is_said_with_its_line() {
         for (text, line, word) in [
             ("0,4500\n2,4600\n1,4700\n", "line 3", "goes back"),
             ("0,4500\n1,NaN\n", "line 2", "not a number"),
             ("0,4500\n1\n", "line 2", "no value"),
-            ("0,0\n", "line 1", "no speed"),
+            ("0,0\n1,0\n", "file", "no speed"),
+            ("0,4500\n1,300001\n", "line 2", "no speed"),
+            ("0,4500\n2,0\n1,4500\n", "line 3", "goes back"),
             ("time,rpm\n", "file", "no speed"),
         ] {
             let why = read(text).map(|_| ()).expect_err(text).to_string();

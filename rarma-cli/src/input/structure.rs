@@ -166,10 +166,8 @@ fn from_table(text: &str) -> Result<Vec<Row>, InputError> {
     };
     let dialect = Dialect::of(header);
     let fields = |line| -> Vec<String> {
-        let split = str::split(line, dialect.separator);
-        split
-            .map(|f| f.trim().trim_matches('"').to_owned())
-            .collect()
+        let fields = dialect.fields(line).into_iter();
+        fields.map(str::to_owned).collect()
     };
     let names = fields(header);
     let mut columns = [0; 4];

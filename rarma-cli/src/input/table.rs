@@ -72,24 +72,34 @@ fn plain(bytes: &[u8]) -> Result<(), InputError> {
 /// Separator and decimal sign, decided at the first line that is no comment.
 #[derive(Clone, Copy)]
 pub(super) struct Dialect {
-    pub(super) separator: char,
-    decimal_comma: bool,
+    /// None: blanks.
+    separator: Option<char>,
 }
 
 impl Dialect {
     pub(super) fn of(line: &str) -> Self {
-        let separator = [';', '\t']
-            .into_iter()
-            .find(|&c| line.contains(c))
-            .unwrap_or(',');
+        let separator = [';', '\t', ','].into_iter().find(|&c| line.contains(c));
+        // Numbers with blanks between them; a name may have blanks in it.
+        let is_number = |field: &str| field.parse::<f64>().is_ok();
+        let by_blanks = separator.is_none() && line.split_whitespace().all(is_number);
         Self {
-            separator,
-            decimal_comma: separator != ',',
+            separator: separator.or((!by_blanks).then_some(',')),
+        }
+    }
+
+    /// The fields of a line, without blanks and quotes about them.
+    pub(super) fn fields(self, line: &str) -> Vec<&str> {
+        fn bare(field: &str) -> &str {
+            field.trim().trim_matches('"')
+        }
+        match self.separator {
+            Some(separator) => line.split(separator).map(bare).collect(),
+            None => line.split_whitespace().map(bare).collect(),
         }
     }
 
     pub(super) fn number(self, field: &str) -> Option<f64> {
-        if self.decimal_comma && field.contains(',') {
+        if self.separator != Some(',') && field.contains(',') {
             return field.replace(',', ".").parse().ok();
         }
         field.parse().ok()
@@ -202,7 +212,7 @@ impl Table {
         if self.dialect.is_none() && !line.is_empty() && !line.starts_with('#') {
             let dialect = Dialect::of(line);
             self.dialect = Some(dialect);
-            self.columns = line.split(dialect.separator).count();
+            self.columns = dialect.fields(line).len();
         }
     }
 
@@ -231,10 +241,7 @@ impl Table {
         let Some(dialect) = self.dialect else {
             return Ok(());
         };
-        let fields: Vec<&str> = line
-            .split(dialect.separator)
-            .map(|f| f.trim().trim_matches('"'))
-            .collect();
+        let fields = dialect.fields(line);
         let first = self.first.take().is_some();
         if first && fields.iter().all(|f| dialect.number(f).is_none()) {
             return self.header(number, &fields);

@@ -70,7 +70,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Function>, InputError> {
         return Err(header(1, "there is no line with names"));
     };
     let dialect = Dialect::of(head);
-    let names: Vec<&str> = head.split(dialect.separator).map(str::trim).collect();
+    let names = dialect.fields(head);
     let columns = columns(head_line, &names)?;
     let mut functions: Vec<Function> = columns
         .iter()
@@ -87,7 +87,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Function>, InputError> {
         })
         .collect();
     for (number, line) in lines {
-        let fields: Vec<&str> = line.split(dialect.separator).map(str::trim).collect();
+        let fields = dialect.fields(line);
         let value = |k: usize| match fields.get(k) {
             None | Some(&"") => Err(hole(number, k + 1)),
             Some(field) => dialect
