@@ -9,6 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rarma_core::Order;
+use realfft::RealFftPlanner;
 
 /// What should not matter.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,16 +20,20 @@ pub enum Change {
     Gain(f32),
     /// White noise, of this part of the recording's root of the mean square.
     Noise(f64),
+    /// Another sampling rate, this part of it.
+    Rate(usize, usize),
     /// Another order of the model.
     Order(Order),
 }
 
 /// All that are tried.
-pub const CHANGES: [Change; 6] = [
+pub const CHANGES: [Change; 7] = [
     Change::Later(0.05),
     Change::Later(0.33),
     Change::Gain(0.2),
     Change::Noise(1e-3),
+    // 48 kHz to 44.1 kHz.
+    Change::Rate(147, 160),
     Change::Order(Order::O65),
     Change::Order(Order::O43),
 ];
@@ -70,6 +75,7 @@ impl Change {
             Self::Later(s) => format!("begins {s} s later"),
             Self::Gain(gain) => format!("{gain} of the gain"),
             Self::Noise(part) => format!("noise {:.0} dB below", -20.0 * part.log10()),
+            Self::Rate(of, all) => format!("{of}/{all} of the sampling rate"),
             Self::Order(order) => format!("order ({},{})", order.p(), order.q()),
         }
     }
@@ -97,10 +103,37 @@ impl Change {
                     *x += (part * rms * noise) as f32;
                 }
             }
+            Self::Rate(of, all) => resample(&mut changed, of, all),
             Self::Order(_) => {}
         }
         changed
     }
+}
+
+/// Another sampling rate: what lies above half of it is gone, all else is as it was.
+fn resample(heard: &mut Heard, of: usize, all: usize) {
+    let blocks = heard.samples.len() / all;
+    let (length, new) = (blocks * all, blocks * of);
+    heard.samples.truncate(length);
+    let mut planner = RealFftPlanner::<f32>::new();
+    let (forward, back) = (
+        planner.plan_fft_forward(length),
+        planner.plan_fft_inverse(new),
+    );
+    let (mut spectrum, mut samples) = (forward.make_output_vec(), back.make_output_vec());
+    // Both lengths are right, so that neither can fail.
+    let _ = forward.process(&mut heard.samples, &mut spectrum);
+    spectrum.resize(new / 2 + 1, Default::default());
+    // The first, and the last where there is one of half the rate, are real.
+    if let Some(last) = spectrum.last_mut()
+        && new % 2 == 0
+    {
+        last.im = 0.0;
+    }
+    let _ = back.process(&mut spectrum, &mut samples);
+    samples.iter_mut().for_each(|x| *x /= length as f32);
+    heard.samples = samples;
+    heard.fs_hz *= of as f64 / all as f64;
 }
 
 /// Listens to a cut as it is, and with every change; what was said is moved to the cut's time.
@@ -130,6 +163,10 @@ pub fn flips(cut: &Cut, heard: &Heard, as_it_is: &Recording) -> Result<Vec<Flips
     CHANGES
         .iter()
         .map(|change| {
+            if matches!(change, Change::Rate(..)) && as_it_is.aliased {
+                // Its lines are folded about a rate that would no longer be the recording's.
+                return Ok(Flips::default());
+            }
             let changed = change.of(heard, cut.seed);
             let mut recording = as_it_is.of(&changed);
             recording.speed = as_it_is.speed.later(change.shift_s());
@@ -204,6 +241,15 @@ mod tests {
             .collect();
         let below_db = 10.0 * (power(&added) / power(&usual.samples)).log10();
         assert!((-61.0..-59.0).contains(&below_db), "{below_db}");
+        let slower = Change::Rate(4, 5).of(&usual, 1);
+        assert_eq!((slower.fs_hz, slower.samples.len()), (800.0, 1600));
+        for (n, x) in slower.samples.iter().enumerate().skip(100).take(1400) {
+            let wanted = (n as f64 * 1.25 * 0.7).sin();
+            assert!(
+                (f64::from(*x) - wanted).abs() < 0.01,
+                "{n}: {x} for {wanted}"
+            );
+        }
         assert_eq!(
             Change::Order(Order::O43).of(&usual, 1).samples,
             usual.samples
