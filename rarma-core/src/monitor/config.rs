@@ -160,7 +160,7 @@ impl MonitorConfig {
         Listening {
             fs_hz: fs,
             spindle_hz: self.spindle_hz.filter(|hz| *hz >= 0.1),
-            teeth: self.teeth.unwrap_or(1),
+            teeth: self.teeth,
             folding_hz: self.aliased.then_some(self.fs_hz),
         }
     }

@@ -33,6 +33,8 @@ const OTHERS: f64 = 0.002;
 const LINE_SD: f64 = 0.15;
 /// A speed so much less likely than the likeliest, natural logarithm, has no chance.
 const IMPOSSIBLE: f64 = -25.0;
+/// Teeth of a cutter of which nobody told how many it has.
+const LIKELY_TEETH: u32 = 2;
 /// A line of the comb is looked for so many deviations about.
 const REACH: f64 = 3.5;
 /// Deviations over the spacing from which on every frequency lies on the comb.
@@ -64,7 +66,8 @@ pub(super) struct Belief<T> {
     prior_sums: (T, T),
     prior_sum: T,
     on_teeth: T,
-    rare_multiple: T,
+    /// Multiple of the turn from which on forced lines become rare.
+    rare_turns: T,
     alone: T,
     /// Least of the prior, natural logarithm.
     least: T,
@@ -90,7 +93,7 @@ impl<T: Real> Belief<T> {
         prior_sums: (T::ZERO, T::ZERO),
         prior_sum: T::ZERO,
         on_teeth: T::ZERO,
-        rare_multiple: T::ZERO,
+        rare_turns: T::ZERO,
         alone: T::ZERO,
         least: T::ZERO,
         largest: T::ZERO,
@@ -113,12 +116,13 @@ impl<T: Real> Belief<T> {
         self.everywhere = T::ZERO;
         self.mixed.fill(T::ZERO);
         self.told_hz = T::from_f64(told_hz);
-        self.teeth = T::from_u32(listening.teeth);
+        self.teeth = T::from_u32(listening.teeth.unwrap_or(1));
         self.folding_hz = listening.folding_hz.map(T::from_f64);
         self.sd_hz = resolution_hz * T::from_f64(LINE_SD);
         self.prior_gain = T::from_f64(-0.5 / (config.told_sd * config.told_sd));
         self.on_teeth = T::from_f64(config.on_teeth);
-        self.rare_multiple = T::from_f64(config.rare_multiple);
+        let teeth = listening.teeth.unwrap_or(LIKELY_TEETH);
+        self.rare_turns = T::from_f64(config.rare_multiple) * T::from_u32(teeth);
         self.alone = T::from_f64(config.alone);
         self.prior_sums.1 = self.weigh_prior(LEAST_MOVED);
         self.prior_sums.0 = self.weigh_prior(LEAST_PRIOR);
@@ -281,7 +285,7 @@ impl<T: Real> Belief<T> {
         let word =
             (self.largest + (sum + tiny).ln() - self.prior_sum.ln()) / T::from_f64(INDEPENDENT);
         let others = sigmoid((word - T::from_f64(WORD.0)) / T::from_f64(WORD.1));
-        let multiple = f_hz / (self.teeth * self.told_hz * self.rare_multiple);
+        let multiple = f_hz / (self.told_hz * self.rare_turns);
         let prior = T::from_f64(PRIOR) / (T::ONE + multiple * multiple)
             * (self.alone + (T::ONE - self.alone) * others);
         (prior * on / (sum + tiny) + T::from_f64(OTHERS)).ln() - (T::ONE - prior).ln()

@@ -132,7 +132,7 @@ numbers! {
     /// Part of the forced lines that lie on multiples of the teeth, not only of the turn.
     on_teeth: 0.7, 0.3..=1.0;
     /// Multiple of the tooth frequency from which on forced lines become rare.
-    rare_multiple: 20.0, 2.0..=100.0;
+    rare_multiple: 10.0, 2.0..=100.0;
     /// Part of the prior chance to be forced that is left to a line that stands alone: no
     /// other line tells of a rotation.
     alone: 0.3, 0.01..=1.0;

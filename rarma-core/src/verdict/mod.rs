@@ -64,8 +64,8 @@ pub struct Listening {
     pub fs_hz: f64,
     /// Turns a second, where they are told.
     pub spindle_hz: Option<f64>,
-    /// Teeth on the cutter.
-    pub teeth: u32,
+    /// Teeth on the cutter, where they are told.
+    pub teeth: Option<u32>,
     /// Rate of a sampler without an anti-alias filter, Hz, where there is such a one.
     pub folding_hz: Option<f64>,
 }
@@ -210,7 +210,10 @@ impl<T: Real> Verdict<T> {
         {
             return Err(VerdictError::Speed);
         }
-        if !(1..=1000).contains(&listening.teeth) {
+        if listening
+            .teeth
+            .is_some_and(|teeth| !(1..=1000).contains(&teeth))
+        {
             return Err(VerdictError::Teeth);
         }
         // All of them by name, so that none is forgotten.

@@ -50,7 +50,7 @@ fn told(spindle_hz: Option<f64>, teeth: u32) -> Listening {
     Listening {
         fs_hz: FS,
         spindle_hz,
-        teeth,
+        teeth: Some(teeth),
         folding_hz: None,
     }
 }

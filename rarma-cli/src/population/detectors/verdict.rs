@@ -3,7 +3,7 @@
 use super::{Detector, Recording, Said};
 use crate::failure::Failure;
 use rarma_core::condition::{Band, BandFilter};
-use rarma_core::verdict::{Caller, HOP_S, Listening, Verdict, VerdictConfig};
+use rarma_core::verdict::{Caller, HOP_S, Listening, Verdict, VerdictConfig, number};
 
 /// Lower edge of the band it listens to, a part of the upper one: the first multiples of a
 /// slow spindle tell its speed.
@@ -23,7 +23,18 @@ impl Detector for Lines {
 
     fn thresholds(&self) -> &'static [f64] {
         &[
-            -1.0, -2.5, -2.0, -1.5, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 2.9,
+            number::call.usual,
+            -2.5,
+            -2.0,
+            -1.5,
+            -0.5,
+            0.0,
+            0.5,
+            1.0,
+            1.5,
+            2.0,
+            2.5,
+            2.9,
         ]
     }
 
@@ -40,7 +51,7 @@ impl Detector for Lines {
         let listening = Listening {
             fs_hz,
             spindle_hz: recording.speed.first_hz(),
-            teeth: recording.teeth.unwrap_or(1),
+            teeth: recording.teeth,
             folding_hz: recording.aliased.then(|| recording.fs_hz()),
         };
         let numbers = &recording.numbers;

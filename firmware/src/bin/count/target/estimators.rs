@@ -155,7 +155,7 @@ impl Kernel for ByLines {
         let listening = Listening {
             fs_hz: 6000.0,
             spindle_hz: Some(76.4),
-            teeth: 5,
+            teeth: Some(5),
             folding_hz: None,
         };
         match Verdict::new(&VerdictConfig::default(), &listening) {
