@@ -81,6 +81,12 @@ pub trait Real:
     }
 }
 
+/// Product of two complex numbers as (real, imaginary).
+#[inline(always)]
+pub(crate) fn times<T: Real>(a: (T, T), b: (T, T)) -> (T, T) {
+    (a.0 * b.0 - a.1 * b.1, a.0 * b.1 + a.1 * b.0)
+}
+
 macro_rules! real {
     ($t:ty, $consts:ident, $sqrt:path, $sincos:path, $ln_1p:path, $ln:path, $exp:path, $atan2:path, $round:path) => {
         impl Real for $t {

@@ -7,7 +7,7 @@ mod stored;
 mod table;
 mod value;
 
-use crate::verdict::{Number, VerdictConfig};
+use crate::verdict::VerdictConfig;
 use crate::wire::LinkKey;
 pub use page::{markdown, write_schema};
 pub use stored::{RECORD_BYTES, RecordError, from_record, to_record};
@@ -62,16 +62,20 @@ impl Settings {
 
     /// The numbers of the verdict: `verdict.call` and those after it, in their order.
     pub fn verdict(&self) -> VerdictConfig {
-        VerdictConfig::of(|number| {
-            let same = |other: &Number| other.name == number.name;
-            let nth = VerdictConfig::NUMBERS.iter().position(same);
-            let value = nth.map(|nth| f32::from_bits(self.bits(VERDICT_CALL.place() + nth)));
-            match value {
-                Some(value) if value != number.usual as f32 => f64::from(value),
-                // Not set: the usual one, with all its digits.
-                _ => number.usual,
-            }
-        })
+        let first = VERDICT_CALL.place();
+        VerdictConfig::of(
+            (first..)
+                .zip(VerdictConfig::NUMBERS)
+                .map(|(place, number)| {
+                    let value = f32::from_bits(self.bits(place));
+                    if value == number.usual as f32 {
+                        // Not set: the usual one, with all its digits.
+                        number.usual
+                    } else {
+                        f64::from(value)
+                    }
+                }),
+        )
     }
 
     /// The key of the link, for the box itself.
@@ -133,25 +137,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_numbers_of_the_verdict_are_settings() {
-        let mut settings = Settings::default();
-        assert_eq!(settings.verdict(), VerdictConfig::default());
+    fn the_numbers_of_the_verdict_stand_in_their_order() {
+        assert_eq!(Settings::default().verdict(), VerdictConfig::default());
         for (nth, number) in VerdictConfig::NUMBERS.iter().enumerate() {
             let row = &SETTINGS[VERDICT_CALL.place() + nth];
             let name = row.name.strip_prefix("verdict.").expect("a number's row");
-            assert!(
-                name.chars()
-                    .map(|c| if c == '-' { '_' } else { c })
-                    .eq(number.name.chars())
-            );
-            for (value, wanted) in [(number.least, number.least), (number.most, number.most)] {
-                let real = SettingValue::Real(value as f32);
-                settings.set(row.number, real).expect("an end of the range");
-                let now = settings.verdict();
-                assert_eq!(now.check(), Ok(()), "{name}");
-                let got = now.get(number.name).expect("a number");
-                assert!((got - wanted).abs() <= 1e-6 * wanted.abs(), "{name} {got}");
-            }
+            let name = name.chars().map(|c| if c == '-' { '_' } else { c });
+            assert!(name.eq(number.name.chars()), "{}", row.name);
         }
     }
 }

@@ -5,7 +5,7 @@
 //! of 100 autoregressions of two tones in noise; this one on none.
 
 use super::quadratic::Quadratic;
-use crate::real::Real;
+use crate::real::{Real, times};
 
 /// Rounds over all roots.
 const ROUNDS: u32 = 200;
@@ -44,7 +44,7 @@ pub(super) fn solve<T: Real, const P: usize>(a: &[T], out: &mut [Quadratic<T>; P
                     sum = (sum.0 + part.0, sum.1 + part.1);
                 }
             }
-            let shared = multiply(step, sum);
+            let shared = times(step, sum);
             let step = divide(step, (T::ONE - shared.0, -shared.1));
             if !(step.0 + step.1).is_finite() {
                 continue;
@@ -122,13 +122,9 @@ fn subtract<T: Real>(x: (T, T), y: (T, T)) -> (T, T) {
     (x.0 - y.0, x.1 - y.1)
 }
 
-fn multiply<T: Real>(x: (T, T), y: (T, T)) -> (T, T) {
-    (x.0 * y.0 - x.1 * y.1, x.0 * y.1 + x.1 * y.0)
-}
-
 fn divide<T: Real>(x: (T, T), y: (T, T)) -> (T, T) {
     let norm = y.0 * y.0 + y.1 * y.1;
-    let product = multiply(x, (y.0, -y.1));
+    let product = times(x, (y.0, -y.1));
     (product.0 / norm, product.1 / norm)
 }
 
@@ -139,9 +135,9 @@ fn newton<T: Real>(a: &[T], z: (T, T)) -> (T, T) {
     let mut slope = (T::ZERO, T::ZERO);
     if z.0 * z.0 + z.1 * z.1 <= T::ONE {
         for &x in a {
-            slope = multiply(slope, z);
+            slope = times(slope, z);
             slope = (slope.0 + value.0, slope.1 + value.1);
-            value = multiply(value, z);
+            value = times(value, z);
             value.0 += x;
         }
         return divide(value, slope);
@@ -150,15 +146,15 @@ fn newton<T: Real>(a: &[T], z: (T, T)) -> (T, T) {
     let w = divide((T::ONE, T::ZERO), z);
     value = (T::ZERO, T::ZERO);
     for i in (0..=a.len()).rev() {
-        slope = multiply(slope, w);
+        slope = times(slope, w);
         slope = (slope.0 + value.0, slope.1 + value.1);
-        value = multiply(value, w);
+        value = times(value, w);
         value.0 += if i == 0 { T::ONE } else { a[i - 1] };
     }
     let p = T::from_u32(a.len() as u32);
-    let inner = multiply(w, slope);
+    let inner = times(w, slope);
     let scaled = (p * value.0 - inner.0, p * value.1 - inner.1);
-    divide(multiply(z, value), scaled)
+    divide(times(z, value), scaled)
 }
 
 #[cfg(test)]

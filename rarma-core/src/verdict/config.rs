@@ -51,13 +51,15 @@ macro_rules! numbers {
             /// All numbers.
             pub const NUMBERS: &'static [Number] = &[$(number::$name),*];
 
-            /// Every number as `value` gives it, brought into its range; a NaN is the usual one.
-            pub fn of(value: impl Fn(&Number) -> f64) -> Self {
-                let within = |n: &Number| {
-                    let x = value(n);
-                    if x.is_nan() { n.usual } else { x.clamp(n.least, n.most) }
+            /// The numbers in the order of [`Self::NUMBERS`], brought into their ranges; the
+            /// usual one for a NaN, and for one that is not there.
+            pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
+                let mut values = values.into_iter();
+                let mut next = |n: Number| match values.next() {
+                    Some(x) if !x.is_nan() => x.clamp(n.least, n.most),
+                    _ => n.usual,
                 };
-                Self { $($name: within(&number::$name),)* }
+                Self { $($name: next(number::$name),)* }
             }
 
             /// Sets one number by its name.
@@ -193,10 +195,12 @@ mod tests {
         assert!(VerdictConfig::NUMBERS.len() <= 20);
         let mut config = VerdictConfig::default();
         config.check().expect("the usual ones are in range");
-        assert_eq!(VerdictConfig::of(|n| n.usual), config);
-        assert_eq!(VerdictConfig::of(|_| f64::NAN), config);
+        let usual = VerdictConfig::NUMBERS.iter().map(|n| n.usual);
+        assert_eq!(VerdictConfig::of(usual), config);
+        assert_eq!(VerdictConfig::of([]), config);
+        assert_eq!(VerdictConfig::of([f64::NAN; 30]), config);
         for (far, end) in [(-1e9, -3.0), (1e9, 3.0)] {
-            let brought = VerdictConfig::of(|_| far);
+            let brought = VerdictConfig::of([far; 30]);
             assert_eq!((brought.check(), brought.call), (Ok(()), end));
         }
         config.set("memory_s", 0.25).expect("in range");

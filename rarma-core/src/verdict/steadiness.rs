@@ -1,7 +1,7 @@
 //! How much the power of a line fluctuates within the window.
 
 use super::frame::{Frame, SEGMENTS};
-use crate::real::Real;
+use crate::real::{Real, times};
 
 /// Segments of one look, and the weights of the outer and the inner ones: a Hann window in four
 /// steps.
@@ -86,11 +86,6 @@ impl<T: Real> Steadiness<T> {
         }
         square / n
     }
-}
-
-#[inline(always)]
-fn times<T: Real>(a: (T, T), b: (T, T)) -> (T, T) {
-    (a.0 * b.0 - a.1 * b.1, a.0 * b.1 + a.1 * b.0)
 }
 
 #[cfg(test)]

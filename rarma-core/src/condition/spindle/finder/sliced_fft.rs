@@ -4,7 +4,7 @@
 //! four complex numbers, of which a transform of M numbers has M/4·⌈½log₂M⌉; *twiddle*, a
 //! complex factor of a butterfly.
 
-use crate::real::Real;
+use crate::real::{Real, times};
 
 /// Power spectrum of 2·`M` real numbers by a complex transform of `M`, `M` a power of
 /// two from 4 on (checked when the code is built).
@@ -34,11 +34,6 @@ pub struct SlicedFft<T, const M: usize> {
     turn: (T, T),
     /// Next bin to unpack.
     bin: usize,
-}
-
-#[inline(always)]
-fn times<T: Real>(a: (T, T), b: (T, T)) -> (T, T) {
-    (a.0 * b.0 - a.1 * b.1, a.0 * b.1 + a.1 * b.0)
 }
 
 #[inline(always)]
