@@ -216,9 +216,13 @@ fn told(frames: &[(Head, Telemetry)], code: FaultCode) -> bool {
         .any(|(_, message)| matches!(message, Telemetry::Fault(fault) if fault.record.code == code))
 }
 
+/// A moment with coils driven, between two conversions of their currents: at one of them the
+/// loop itself would see a current that trips a comparator.
+const BETWEEN_S: f64 = 0.200_005;
+
 /// What opens the switches, when, and what the host is told of it.
 fn drops(name: &str, event: (&str, Value), by: &str, code: Option<FaultCode>) {
-    let (pressed, end) = (0.2, 0.23);
+    let (pressed, end) = (BETWEEN_S, 0.23);
     let mut steps = armed(end);
     steps.push(json!([pressed, event.0, event.1]));
     let Some(seen) = run(name, end, &[], &json!(steps), &[]) else {
@@ -262,6 +266,76 @@ fn a_falling_supply_opens_all_switches_without_software() {
         "break",
         Some(FaultCode::Bridge),
     );
+}
+
+/// What is shorter than a break's filter breaks nothing, what is longer does.
+#[test]
+fn spikes_break_nothing() {
+    // A line of 256 ticks for the stop, 64 for the comparators (163.2 MHz).
+    for (pin, bad, good, filter_s) in [
+        ("PA6", json!(0), json!(1), 256.0 / 163.2e6),
+        ("PB0", json!(3.1), Value::Null, 64.0 / 163.2e6),
+    ] {
+        let (at, end) = (BETWEEN_S, 0.22);
+        for (lasts_s, breaks) in [(0.9 * filter_s, false), (1.1 * filter_s, true)] {
+            let mut steps = armed(end);
+            steps.push(json!([at, pin, bad]));
+            steps.push(json!([at + lasts_s, pin, good]));
+            let Some(seen) = run("spikes", end, &[], &json!(steps), &[]) else {
+                return;
+            };
+            let (_, off) = on_and_off(&seen.run);
+            assert_eq!(off.is_some(), breaks, "{pin} {lasts_s:e} s");
+            if let Some((off, how)) = off {
+                assert_eq!(how, "break", "{pin}");
+                let waited = off - at;
+                let one_tick = 1.0 / 163.2e6;
+                assert!((waited - filter_s).abs() <= 2.0 * one_tick, "{waited:e} s");
+            }
+        }
+    }
+}
+
+/// Whatever stands where settings are, the box starts: every page is erased if need be, each
+/// takes 24.5 ms, and the watchdog waits 94 ms at the worst (its oscillator at 34 kHz).
+#[test]
+fn spoilt_settings_do_not_outlast_the_watchdog() {
+    const SETTINGS_AT: u32 = 0x0807_8000;
+    let mut seed = 1u32;
+    let garbage = (0..0x8000).map(|_| {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (seed >> 24) as u8
+    });
+    let all: [(&str, Vec<u8>); 2] = [("garbage", garbage.collect()), ("zeros", vec![0; 0x8000])];
+    for (name, bytes) in all {
+        let hex: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+        let steps = json!([[0.0, "flash-holds", [SETTINGS_AT, hex]]]);
+        let Some(seen) = run(name, 0.6, &[], &steps, &["--bridge-every", "48"]) else {
+            return;
+        };
+        assert_eq!(seen.run["reset_by"], Value::Null, "{name}");
+        let trace = seen.run["trace"].as_array().expect("a list");
+        let erases = trace.iter().filter(|step| step["kind"] == "erase").count();
+        assert!(erases >= 16, "{name}: {erases} erases");
+        let unfed_s = seen.run["longest_unfed_s"].as_f64().expect("a number");
+        assert!((0.024..0.03).contains(&unfed_s), "{name}: {unfed_s} s");
+        let is_heard = |(_, m): &(Head, Telemetry)| matches!(m, Telemetry::Verdict(_));
+        assert!(seen.frames.iter().any(is_heard), "{name}: it listens");
+    }
+}
+
+/// The option byte that nobody has set is told to who starts a rig, and not once it is set.
+#[test]
+fn a_brown_out_level_that_protects_nothing_is_told() {
+    // BOR_LEV in bits 8 to 10.
+    for (options, low) in [(0xFFEF_F8AA_u32, true), (0xFFEF_FCAA, false)] {
+        let mut steps = armed(0.06);
+        steps.push(json!([0.0, "options", options]));
+        let Some(seen) = run("options", 0.06, &[], &json!(steps), &[]) else {
+            return;
+        };
+        assert_eq!(told(&seen.frames, FaultCode::BrownOutLow), low);
+    }
 }
 
 /// The last `Hello`, and what is told after it.
@@ -350,6 +424,22 @@ fn a_program_that_hangs_is_let_go_by_the_loop_and_reset_by_the_watchdog() {
     let reset = trace.iter().find(|step| step["kind"] == "reset");
     let at = reset.expect("a reset")["s"].as_f64().expect("a number");
     assert!((0.295..0.305).contains(&at), "reset at {at} s");
+}
+
+/// A crystal that stops: the timer breaks by itself, and the core lives to say so.
+#[test]
+fn a_crystal_that_stops_opens_all_switches_and_is_told_after_the_reset() {
+    let cause = (Started::Software, FaultCode::ClockFailed);
+    let event = ("crystal-fails", json!(1));
+    ends("crystal", event, ("break", PERIOD_S), cause);
+}
+
+/// A debugger that halts the core opens the switches; the watchdog goes on and takes the rest.
+#[test]
+fn a_debugger_that_halts_the_core_opens_all_switches() {
+    let cause = (Started::Watchdog, FaultCode::Watchdog);
+    let event = ("halt", json!(1));
+    ends("halt", event, ("debugger", PERIOD_S), cause);
 }
 
 #[test]

@@ -124,6 +124,11 @@ class Analog:
         for adc in INTERRUPT_ADC:
             self._injected(adc)
 
+    def let_go(self, pin):
+        """The script holds a current sensor no more."""
+        self.forced.discard(pin)
+        self.volts[pin] = 1.65 + SENSE_V_PER_A * self.current_a[SENSE_PINS.index(pin)]
+
     def _measured(self, pin, volts):
         """A sensor's voltage, unless the script holds it, with a little noise: sensors that
         stand still are taken for dead."""

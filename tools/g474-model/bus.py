@@ -8,7 +8,7 @@ the registers it wrote: a wrong channel, trigger or polarity gives wrong samples
 
 from analog import Analog
 from entropy import Random
-from safety import FlashMemory, Supply
+from safety import NMI, FlashMemory, Supply
 from serial import Serial
 from timers import BreakTimer, Clock
 
@@ -22,6 +22,10 @@ AIRCR = 0xE000_ED0C
 
 TICK_HZ = 163_200_000
 LSI_HZ = 32_000
+# From the order to a pin of the slowest kind (25 ns at 50 pF) to its input register.
+PIN_TICKS = 8
+# FLASH_OPTR of a chip that nobody has set up (RM0440, 3.7.8): brown-out at 1.7 V, no parity.
+AS_DELIVERED = 0xFFEF_F8AA
 # Bits of RCC_CSR.
 RESET_FLAG = {"power-on": 27, "brown-out": 27, "software": 28, "watchdog": 29, "pin": 26}
 
@@ -69,10 +73,12 @@ class Bus:
 
     def __init__(self, script):
         self.now = 0
+        self.longest_unfed = 0
         self.core = None
         self.trace = []
         self.register = {}
         self.levels = {}
+        self.options = AS_DELIVERED
         self.script = sorted(script, key=lambda step: step[0])
         self.flash = FlashMemory(self)
         self.analog = Analog(self)
@@ -90,12 +96,14 @@ class Bus:
         self.analog.restart()
         self.parts = [self.clock, self.power, self.analog, self.serial, self.flash, self.supply]
         self.parts.append(self.random)
-        # As delivered: two banks of flash. Then why there was a reset.
-        self.register = {FLASH + 0x20: 1 << 22, RCC + 0x94: 1 << RESET_FLAG[cause]}
+        # As delivered: two banks of flash, caches on, the brown-out level. Then why there
+        # was a reset.
+        self.register = {FLASH: 0x600, FLASH + 0x20: self.options, RCC + 0x94: 1 << RESET_FLAG[cause]}
         self.enabled, self.pended = set(), set()
         self.dma = [Dma(self, k) for k in range(8)]
         self.fed = self.watchdog_ticks = self.reset_by = self.exception = None
-        self.hung = False
+        self.hung = self.halted = False
+        self.before = {}
 
     def restart(self):
         """After a reset: memory, voltages and what the link has said stay."""
@@ -159,6 +167,8 @@ class Bus:
             self.pended |= numbers
         elif block == NVIC_UNPEND:
             self.pended -= numbers
+        elif address == RCC + 0x20:  # writing 1 takes a flag back
+            self.register[RCC + 0x1C] = self.stored(RCC + 0x1C) & ~value
         elif address == AIRCR:
             if value & 4:
                 self.reset("software")
@@ -176,6 +186,7 @@ class Bus:
     def _is_port(self, address, value):
         for port, base in GPIO.items():
             if address in (base + 0x18, base + 0x28):
+                self.before[port] = (self._driven(port), self.now)
                 old = self.stored(base + 0x14)
                 if address == base + 0x28:
                     new = old & ~value
@@ -188,9 +199,14 @@ class Bus:
                 return True
         return False
 
+    def _driven(self, port):
+        """Levels of a port's outputs as its input register has them by now."""
+        before, since = self.before.get(port, (0, -PIN_TICKS))
+        return before if self.now < since + PIN_TICKS else self.stored(GPIO[port] + 0x14)
+
     def _levels(self, port):
         base, value = GPIO[port], 0
-        modes, outputs = self.stored(base), self.stored(base + 0x14)
+        modes, outputs = self.stored(base), self._driven(port)
         for pin in range(16):
             is_output = modes >> 2 * pin & 3 == 1
             level = outputs >> pin & 1 if is_output else self.levels.get(f"P{port}{pin}", 0)
@@ -205,6 +221,8 @@ class Bus:
             count = (self.stored(IWDG + 8) & 0xFFF or 0xFFF) + 1
             self.watchdog_ticks = count * divider * TICK_HZ // LSI_HZ
         if key in (0xAAAA, 0xCCCC):
+            if self.fed is not None:
+                self.longest_unfed = max(self.longest_unfed, self.now - self.fed)
             self.fed = self.now
 
     def reset(self, cause):
@@ -216,6 +234,16 @@ class Bus:
     def note(self, kind, name, value):
         """Something that is seen from outside."""
         self.trace.append({"s": self.now / TICK_HZ, "kind": kind, "name": name, "value": value})
+
+    def clock_fails(self):
+        """The crystal stops: with the clock security system the core goes on from the inner
+        oscillator and is told (RM0440, 7.2.9); without it the core stands still."""
+        if not self.stored(RCC) >> 19 & 1:
+            self.halted = self.hung = True
+            return
+        self.register[RCC + 0x1C] = self.stored(RCC + 0x1C) | 1 << 8
+        self.power.system_break()
+        self.exception = NMI
 
     # --- time
 
@@ -263,14 +291,26 @@ class Bus:
             self.reset(value)
         elif name == "hang":
             self.hung = True
+        elif name == "halt":
+            self.halted = self.hung = True
+            self.power.debugger_halts()
+        elif name == "crystal-fails":
+            self.clock_fails()
+        elif name == "options":
+            self.options = self.register[FLASH + 0x20] = value
         elif name == "spoilt":
             self.flash.spoil(value)
+        elif name == "flash-holds":
+            address, data = value
+            self.core.uc.mem_write(address, bytes.fromhex(data))
         elif name == "flash-fails":
             self.flash.fail(value)
         elif name == "supply-low":
             self.supply.set(bool(value))
         elif name == "stopped":
             self.analog.forced.add(name)
+        elif value is None:
+            self.analog.let_go(name)
         elif isinstance(value, float):
             self.analog.volts[name] = value
             self.analog.forced.add(name)

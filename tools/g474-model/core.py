@@ -155,10 +155,12 @@ class Core:
         bus = self.bus
         while bus.now < until and bus.reset_by is None:
             if bus.hung:
-                # The program goes round in a loop, with interrupts let in.
+                # The program goes round in a loop, with interrupts let in; a core that is
+                # halted serves none.
                 self.uc.reg_write(UC_ARM_REG_PRIMASK, 0)
                 bus.advance(min(bus.next_event(), until))
-                self._serve()
+                if not bus.halted:
+                    self._serve()
                 continue
             self._execute(self.pc, 0xFFFF_FFFE)
             self.pc = self.uc.reg_read(UC_ARM_REG_PC) | 1
@@ -255,6 +257,7 @@ class Core:
         if not self.bus.flash.may_program():
             self.trouble = f"store to locked flash at {address:#x}"
             uc.emu_stop()
+        self.bus.flash.programmed(address)
 
     def _exception(self, uc, number, _data):
         self.trouble = f"exception {number} at {uc.reg_read(UC_ARM_REG_PC):#x}"

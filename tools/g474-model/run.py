@@ -6,11 +6,14 @@
 
 The microphones' files hold what the converter would give: sums of eight conversions,
 little-endian 16 bits, 48000 a second. The script is JSON, a list of [seconds, name, value]:
-a pin and its level (0 or 1) or its voltage (a number with a point), "tacho" for a pulse,
+a pin and its level (0 or 1) or its voltage (a number with a point; null: a current sensor
+that is no longer held), "tacho" for a pulse,
 "host" and bytes in hexadecimal, "exception" and its number, "stopped" for converters that
 stand still from then on, "hang" for a program that goes round in a loop, "spoilt" and the
 address of a double word of the flash whose check bits are wrong, "flash-fails" and the
-address where a fetch finds such a word, "supply-low" and 1 or 0, "reset" and its cause.
+address where a fetch finds such a word, "flash-holds" with an address and bytes in
+hexadecimal, "supply-low" and 1 or 0, "crystal-fails", "halt" for a debugger that stops the
+core, "options" and the option bytes' register, "reset" and its cause.
 
 A run ends with the reset that follows --resets others (default: none).
 
@@ -18,7 +21,8 @@ With --bridge-every only one PWM period in N is made, which is quicker where the
 loop does not matter; from the moment on from which instructions are counted, every one is.
 
 FOLDER gets `frames.bin`, what the link said, and `run.json`: what was seen from outside
-(outputs, pins, DACs, resets), the stack used, the interrupts served, and with --count-from
+(outputs, pins, DACs, resets, erases), the longest time between two feedings of the
+watchdog, the stack used, the interrupts served, and with --count-from
 the instructions executed from that moment on.
 """
 
@@ -78,6 +82,7 @@ def main():
         seen["counted_instructions"] = core.instructions
     seen |= {
         "trouble": trouble,
+        "longest_unfed_s": bus.longest_unfed / TICK_HZ,
         "seconds": bus.now / TICK_HZ,
         "samples": bus.analog.taken,
         "stack_bytes": core.stack_used(),

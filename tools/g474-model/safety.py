@@ -1,11 +1,13 @@
 """The flash's check bits and its programming; the supply's monitor."""
 
 FLASH, BANK_BYTES, PAGE_BYTES = 0x0800_0000, 0x4_0000, 0x800
-FLASH_CR, FLASH_ECCR = 0x4002_2014, 0x4002_2018
+FLASH_SR, FLASH_CR, FLASH_ECCR = 0x4002_2010, 0x4002_2014, 0x4002_2018
 PWR_CR2, PWR_SR2 = 0x4000_7004, 0x4000_7014
 SYSCFG_CFGR2 = 0x4001_001C
 EXTI_IMR1, EXTI_RTSR1, EXTI_PR1 = 0x4001_0400, 0x4001_0408, 0x4001_0414
 PROGRAM, PAGE_ERASE, BANK_2, START = 1, 2, 1 << 11, 1 << 16
+# The longest of the data sheet (DS12288, flash memory characteristics), in ticks.
+ERASE_TICKS, PROGRAM_TICKS = round(24.47e-3 * 163.2e6), round(84.2e-6 * 163.2e6)
 DOUBLE_ERROR, FLAGS = 1 << 31, 0xF000_0000
 ECC_LOCK, PVD_LOCK = 1 << 3, 1 << 2
 PVD_LINE, INTERRUPT_PVD = 1 << 16, 1
@@ -20,6 +22,7 @@ class FlashMemory:
         self.bus = bus
         self.spoilt = set()
         self.held_at = None
+        self.busy_until = 0
 
     def spoil(self, address):
         """The double word at an address has two bits wrong from now on."""
@@ -52,7 +55,16 @@ class FlashMemory:
         """Whether a store to the flash is taken."""
         return bool(self.bus.stored(FLASH_CR) & PROGRAM)
 
-    def read(self, _address):
+    def programmed(self, address):
+        """A word was stored: the second one of a pair starts the programming of both."""
+        if address & 4:
+            self.busy_until = self.bus.now + PROGRAM_TICKS
+
+    def read(self, address):
+        if address == FLASH_SR and self.bus.now < self.busy_until:
+            # Whoever waits waits to the end, and no interrupt is served meanwhile: handlers
+            # lie in the same bank, as far as anybody knows.
+            self.bus.passing(self.busy_until - self.bus.now)
         return None
 
     def write(self, address, value):
@@ -65,6 +77,8 @@ class FlashMemory:
                 page = (value >> 3 & 0x7F) * PAGE_BYTES + (BANK_BYTES if value & BANK_2 else 0)
                 self.bus.core.uc.mem_write(FLASH + page, b"\xff" * PAGE_BYTES)
                 self.spoilt -= set(range(FLASH + page, FLASH + page + PAGE_BYTES, 8))
+                self.busy_until = self.bus.now + ERASE_TICKS
+                self.bus.note("erase", hex(FLASH + page), 1)
             self.bus.register[address] = value & ~START
             return True
         return False

@@ -12,6 +12,10 @@ INTERRUPT_TIM2 = 28
 NEVER = 1 << 62
 READ_TICKS = 12
 MOE = 1 << 15
+DEBUG_APB2 = 0xE004_2010
+# Timer clocks that a break has to last, by the filter's number (RM0440, TIM1_BDTR, BKF; the
+# filter's clock is the timer's).
+FILTER_TICKS = (0, 2, 4, 8, 12, 16, 24, 32, 48, 64, 80, 96, 128, 160, 192, 256)
 
 
 class Clock:
@@ -87,6 +91,8 @@ class BreakTimer:
         self.on = False
         self.next = NEVER
         self.every = 1
+        # Since when each break input has been active without a break.
+        self.since = [None, None]
 
     def period(self):
         """Ticks of one PWM period: up and down again."""
@@ -114,9 +120,29 @@ class BreakTimer:
         enabled = self.bus.stored(TIM1 + CCER) & 0x5555
         return bool(self.bus.stored(TIM1 + BDTR) & MOE and enabled)
 
+    def filtered(self):
+        """Break inputs that have been active for as long as their filter asks."""
+        found, bdtr = 0, self.bus.stored(TIM1 + BDTR)
+        active = self.active()
+        for k, shift in enumerate((16, 20)):
+            if not active >> k & 1:
+                self.since[k] = None
+                continue
+            if self.since[k] is None:
+                self.since[k] = self.bus.now
+            lasts = self.bus.now - self.since[k]
+            found |= (lasts >= FILTER_TICKS[bdtr >> shift & 15]) << k
+        return found
+
+    def debugger_halts(self):
+        """A debugger stops the core: a timer that stops with it opens its switches."""
+        if self.bus.stored(DEBUG_APB2) >> 11 & 1:
+            self.bus.register[TIM1 + BDTR] = self.bus.stored(TIM1 + BDTR) & ~MOE
+            self._switch(False, "debugger")
+
     def look(self):
         """Inputs have changed: the outputs may go off."""
-        active = self.active()
+        active = self.filtered()
         self.flags |= (active & 1) << 7 | (active >> 1 & 1) << 8
         if active:
             self.bus.register[TIM1 + BDTR] = self.bus.stored(TIM1 + BDTR) & ~MOE
@@ -168,10 +194,19 @@ class BreakTimer:
         return self.bus.stored(TIM1 + CCR1 + 4 * channel) / max(self.bus.stored(TIM1 + ARR), 1)
 
     def next_event(self):
-        return self.next
+        bdtr = self.bus.stored(TIM1 + BDTR)
+        breaks = (
+            since + FILTER_TICKS[bdtr >> shift & 15]
+            for since, shift in zip(self.since, (16, 20))
+            if since is not None
+        )
+        waiting = (moment for moment in breaks if moment > self.bus.now)
+        return min(self.next, *waiting, NEVER)
 
     def happen(self):
         bus = self.bus
+        if any(since is not None for since in self.since):
+            self.look()
         if bus.now < self.next:
             return
         self.next = bus.now + self.every * max(self.period(), 1)

@@ -17,7 +17,9 @@ mod target {
     use defmt_rtt as _;
     use firmware::SensorBox;
     use firmware::board::{BoxBoard, Emergency};
-    use firmware::boards::nucleo_g474re::{LastResort, MemoryError, Nucleo, memory_failed};
+    use firmware::boards::nucleo_g474re::{
+        LastResort, MemoryError, Nucleo, crystal_has_failed, memory_failed,
+    };
     use firmware::last_words::last_words;
     use rarma_core::guard::FaultCode;
     use static_cell::StaticCell;
@@ -58,10 +60,15 @@ mod target {
         })
     }
 
-    /// A double error of the flash; nothing else here raises it.
+    /// A crystal that has stopped, or a double error of the flash; nothing else here raises it.
     #[cortex_m_rt::exception]
     unsafe fn NonMaskableInt() {
         LastResort.drop_outputs();
+        if crystal_has_failed() {
+            give_up(FaultCode::ClockFailed, 0.0, || {
+                defmt::error!("the crystal has stopped");
+            });
+        }
         match memory_failed() {
             MemoryError::Settings => {}
             MemoryError::Program(at) => give_up(FaultCode::MemoryError, at as f32, || {

@@ -16,8 +16,8 @@ mod whole;
 pub use code::{AdcCode, DacCode};
 pub use coils::{COILS, CoilBridge};
 pub use whole::{
-    BoxBoard, Contacts, Emergency, FlashSeen, GAPS, Lights, Origin, Pulse, ResetCause, SensorCodes,
-    WATCHDOG_US,
+    BoxBoard, Contacts, Emergency, FlashSeen, GAPS, LEAST_BROWN_OUT_MV, Lights, Origin, Pulse,
+    ResetCause, SensorCodes, WATCHDOG_US,
 };
 
 use core::fmt::Debug;

@@ -197,6 +197,12 @@ pub trait BoxBoard: Emergency {
     /// The bytes of [`Emergency::keep`], from before the reset; anything after a power-up.
     fn kept(&mut self) -> [u8; KEPT_BYTES];
 
+    /// Voltage of the controller's supply below which its reset comes, mV; none where that is
+    /// not the firmware's to know.
+    fn brown_out_mv(&mut self) -> Option<u16> {
+        None
+    }
+
     /// A number for this moment: not the same in two runs of the box, and not to be foreseen.
     /// It names the run, and each turn of control in it, so that nothing said in another one
     /// counts in this. May take a millisecond. How good it is stands with the board.
@@ -238,3 +244,7 @@ pub trait BoxBoard: Emergency {
 /// Time of the watchdog, µs. The slowest duty has 20 ms; erasing a sector of flash, with the
 /// outputs off, takes 25 ms on the slowest board known.
 pub const WATCHDOG_US: u64 = 100_000;
+
+/// A controller whose reset comes below this goes on with a supply at which nothing of it is
+/// specified any more, mV.
+pub const LEAST_BROWN_OUT_MV: u16 = 2700;

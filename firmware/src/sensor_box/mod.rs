@@ -15,7 +15,7 @@ mod report;
 mod start;
 mod tick;
 
-use crate::board::BoxBoard;
+use crate::board::{BoxBoard, LEAST_BROWN_OUT_MV};
 use crate::commands::Commands;
 use crate::control::Control;
 use crate::listen::{self, Listening};
@@ -149,6 +149,12 @@ impl SensorBox {
             job.monitor.check().map_err(|_| Denial::Settings)?;
         }
         self.supervisor.start(mode)?;
+        if let Some(mv) = board.brown_out_mv()
+            && mv < LEAST_BROWN_OUT_MV
+        {
+            let (volts, now_us) = (f32::from(mv) * 1e-3, board.now_us());
+            self.fault(board, FaultCode::BrownOutLow, 0, volts, now_us);
+        }
         self.rig.exciting.forget();
         self.listening.end(board, &mut self.tell);
         if mode == Mode::Cers && order.is_some() {

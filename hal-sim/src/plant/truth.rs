@@ -6,7 +6,7 @@
 use super::condition::{Condition, arc, entering, in_stock_s, interrupted};
 use super::cut::Process;
 use super::delay::{
-    Border, Crossing, DepthSearch, Root, limit, limit_by, milling_delay, turning_roots,
+    Border, Crossing, DelaySystem, DepthSearch, Root, limit, limit_by, milling_delay, turning_roots,
 };
 use super::error::PlantError;
 use super::milling::MillingConfig;
@@ -15,6 +15,8 @@ use super::stability::{milling_limit, turning_limit_at};
 
 /// Steps in a period of the fastest mode.
 pub const STEPS_PER_PERIOD: f64 = 60.0;
+/// The most of them.
+const MOST_STEPS_PER_PERIOD: f64 = 64.0 * STEPS_PER_PERIOD;
 /// Where the limit is looked for, relative to the largest depth of the cut.
 const SEARCH: [f64; 2] = [0.01, 4.0];
 /// Instants at which a changing cut is looked at.
@@ -176,6 +178,23 @@ fn frozen(c: &MillingConfig, t: f64) -> MillingConfig {
     }
 }
 
+/// The delay equation of milling at a depth, in [`STEPS_PER_PERIOD`], or in two, four, … up to 64
+/// times as many where the cut is so stiff beside its modes that such steps would not resolve it.
+///
+/// # Errors
+/// As [`milling_delay`].
+fn delay_of(config: &MillingConfig, depth_m: f64) -> Result<DelaySystem, PlantError> {
+    let mut steps = STEPS_PER_PERIOD;
+    loop {
+        match milling_delay(config, depth_m, steps) {
+            Err(PlantError::OutOfRange {
+                name: "steps_per_period",
+            }) if steps < MOST_STEPS_PER_PERIOD => steps *= 2.0,
+            other => return other,
+        }
+    }
+}
+
 /// The `wanted` dominant roots of a process as it is at time `t` s, at depth
 /// `depth_m`, the least damped first.
 ///
@@ -188,9 +207,7 @@ pub fn roots(
     wanted: usize,
 ) -> Result<Vec<Root>, PlantError> {
     match process {
-        Process::Milling(c) => {
-            Ok(milling_delay(&frozen(c, t), depth_m, STEPS_PER_PERIOD)?.roots(wanted))
-        }
+        Process::Milling(c) => Ok(delay_of(&frozen(c, t), depth_m)?.roots(wanted)),
         Process::Turning(c) => turning_roots(c, depth_m, wanted),
     }
 }
@@ -198,7 +215,7 @@ pub fn roots(
 /// Largest modulus of a multiplier: from 1 on the cut is unstable.
 fn radius(process: &Process, t: f64, depth_m: f64) -> Result<f64, PlantError> {
     let radius = match process {
-        Process::Milling(c) => milling_delay(&frozen(c, t), depth_m, STEPS_PER_PERIOD)?.radius(),
+        Process::Milling(c) => delay_of(&frozen(c, t), depth_m)?.radius(),
         Process::Turning(c) => turning_roots(c, depth_m, 1)?
             .first()
             .map_or(0.0, |r| (r.growth_per_s / c.spindle_hz).exp()),
@@ -219,7 +236,7 @@ pub fn limit_of(process: &Process, t: f64, search: &DepthSearch) -> Result<Borde
     match process {
         Process::Milling(c) => {
             let c = frozen(c, t);
-            limit(search, |b| milling_delay(&c, b, STEPS_PER_PERIOD))
+            limit(search, |b| delay_of(&c, b))
         }
         Process::Turning(c) => {
             let depth_m = limit_by(search, |b| radius(process, t, b))?;

@@ -200,6 +200,11 @@ faults! {
     /// A setting is stored once and not twice: one half of the flash did not take it; place:
     /// in the table; value: its number.
     SettingOnce = 110, "setting-once", "number", Listening;
+    /// The crystal of the controller stopped: reset.
+    ClockFailed = 111, "clock-failed", "1", Past;
+    /// The controller's brown-out reset comes too late to protect anything: its option byte is not
+    /// set; value: where it comes, V.
+    BrownOutLow = 112, "brown-out-low", "V", Listening;
 }
 
 /// What a fault does in a mode.

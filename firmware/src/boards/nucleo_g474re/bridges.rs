@@ -2,7 +2,8 @@
 //!
 //! One timer drives all four, so that whatever breaks it opens all switches at once:
 //! its first break input is the emergency stop's pin, its second the four comparators,
-//! and the core's lock-up, the supply's fall and memory errors break it too.
+//! and the core's lock-up, the supply's fall, a dead crystal and memory errors break it too.
+//! The pin and the comparators are filtered; what the chip finds in itself is not.
 
 use super::timing::{self, DEAD_TIME_NS, PWM_HZ, PWM_TOP};
 use super::{injected, scaling};
@@ -11,8 +12,8 @@ use crate::current_loop::{CoilAction, CoilOrder, CoilReport, CurrentLoop};
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicBool, Ordering};
 use embassy_stm32::interrupt::typelevel::{self, Handler, Interrupt};
-use embassy_stm32::pac::timer::vals::{Mms2, Ossi, Ossr};
-use embassy_stm32::pac::{ADC3, ADC4, COMP1, COMP4, COMP5, COMP7, SYSCFG, TIM1};
+use embassy_stm32::pac::timer::vals::{FilterValue, Mms2, Ossi, Ossr};
+use embassy_stm32::pac::{ADC3, ADC4, COMP1, COMP4, COMP5, COMP7, DBGMCU, SYSCFG, TIM1};
 use embassy_stm32::peripherals;
 use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::Channel;
@@ -22,6 +23,14 @@ use rarma_core::cers::Source;
 
 /// Comparators of the coils in their order.
 const COMPARATORS: [u32; COILS] = [1, 4, 5, 7];
+
+/// The emergency stop's pin breaks once it has been low for 256 ticks, 1.6 µs: a long wire beside
+/// a power stage carries spikes. A coil's current rises by less than 20 mA meanwhile.
+const STOP_FILTER: FilterValue = FilterValue::FDTS_DIV32_N8;
+/// A comparator breaks once it has been high for 64 ticks, 0.39 µs: what a bridge's switching
+/// leaves on the sensors is shorter; a comparator that is blanked then would protect nothing
+/// then. The current of a coil that is dead-shorted rises by 5 A meanwhile (48 V, 4 µH of wire).
+const TRIP_FILTER: FilterValue = FilterValue::FDTS_DIV8_N8;
 
 /// The gate is closed: the timer may switch. Looked at before every closing.
 static GATE: AtomicBool = AtomicBool::new(false);
@@ -204,6 +213,8 @@ pub(super) fn start(mut pwm: ComplementaryPwm<'static, peripherals::TIM1>) {
     // inverted, as after a reset.
     TIM1.af2()
         .modify(|w| w.0 |= COMPARATORS.iter().fold(0, |bits, n| bits | 1 << n));
+    pwm.set_break_filter(STOP_FILTER);
+    pwm.set_break2_filter(TRIP_FILTER);
     pwm.set_break_enable(true);
     pwm.set_break2_enable(true);
     for channel in [Channel::Ch1, Channel::Ch2, Channel::Ch3, Channel::Ch4] {
@@ -222,6 +233,10 @@ pub(super) fn start(mut pwm: ComplementaryPwm<'static, peripherals::TIM1>) {
         w.set_pvdl(true);
         w.set_eccl(true);
     });
+    // A core that a debugger halts regulates nothing: the timer stops with it, which opens the
+    // switches; the watchdog does not, and its reset takes down the rest.
+    DBGMCU.apb2fzr().modify(|w| w.set_tim1(true));
+    DBGMCU.apb1lfzr().modify(|w| w.set_iwdg(false));
     open_switches();
     core::mem::forget(pwm);
 }

@@ -5,7 +5,7 @@ use super::link::Link;
 use super::samples::{self, Microphones};
 use super::settings_flash::SettingsFlash;
 use super::tacho::Tacho;
-use super::{bridges, injected, random, supply, timing};
+use super::{bridges, injected, memory, random, supply, timing};
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, InjectedTrigger};
@@ -89,6 +89,7 @@ impl Nucleo {
     pub fn set_up() -> Self {
         let (reset_cause, kept) = past();
         let chip = embassy_stm32::init(clock_tree());
+        memory::start();
         let pins = with_every_pin!(taken, chip);
         let mut watchdog = IndependentWatchdog::new(chip.IWDG, WATCHDOG_US as u32);
         watchdog.unleash();
@@ -198,6 +199,7 @@ impl Nucleo {
         });
         bridges::start_loop();
         supply::start();
+        clock::watch_crystal();
         Self {
             microphones,
             tacho,

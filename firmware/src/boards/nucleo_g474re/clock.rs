@@ -6,7 +6,7 @@
 use super::timing;
 use core::sync::atomic::{AtomicU32, Ordering};
 use embassy_stm32::interrupt::typelevel::{self, Handler, Interrupt};
-use embassy_stm32::pac::TIM2;
+use embassy_stm32::pac::{RCC, TIM2};
 use embassy_stm32::peripherals;
 use embassy_stm32::{Peri, rcc};
 
@@ -82,4 +82,20 @@ pub(super) fn sleep_until(moment: u64) {
 /// Microseconds since start-up.
 pub(super) fn now_us() -> u64 {
     timing::microseconds(now())
+}
+
+/// From here on a crystal that stops raises the exception that cannot be masked and breaks the
+/// bridges' timer, and the core goes on from its inner oscillator (RM0440, clock security system).
+/// Without that it would stand still, with every switch as it is.
+pub(super) fn watch_crystal() {
+    RCC.cr().modify(|w| w.set_csson(true));
+}
+
+/// The crystal has stopped. To be asked by the handler of that exception; takes the flag back.
+pub fn crystal_has_failed() -> bool {
+    let failed = RCC.cifr().read().cssf();
+    if failed {
+        RCC.cicr().write(|w| w.set_cssc(true));
+    }
+    failed
 }

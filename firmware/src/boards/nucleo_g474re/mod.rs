@@ -25,6 +25,8 @@ mod injected;
 #[allow(unsafe_code)]
 mod link;
 #[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
+mod memory;
+#[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
 mod random;
 #[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
 #[allow(unsafe_code)]
@@ -44,6 +46,8 @@ mod tacho;
 
 #[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
 pub use chip::Nucleo;
+#[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
+pub use clock::crystal_has_failed;
 #[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
 pub use settings_flash::{MemoryError, memory_failed};
 #[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]

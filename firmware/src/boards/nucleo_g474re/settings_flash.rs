@@ -12,8 +12,9 @@
 use crate::board::FlashSeen;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use embassy_stm32::flash::{Blocking, Error, Flash};
-use embassy_stm32::pac::FLASH;
 use embassy_stm32::pac::flash::regs::Eccr;
+use embassy_stm32::pac::iwdg::vals::Key;
+use embassy_stm32::pac::{FLASH, IWDG};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
 /// Bytes of a bank.
@@ -119,8 +120,15 @@ impl NorFlash for SettingsFlash {
     const WRITE_SIZE: usize = <Flash<'static, Blocking> as NorFlash>::WRITE_SIZE;
     const ERASE_SIZE: usize = <Flash<'static, Blocking> as NorFlash>::ERASE_SIZE;
 
+    /// Erases page by page, up to 24.5 ms each, and feeds the watchdog before every one: a start
+    /// that mends worn pages erases four of them in one step, which by itself would be as long as
+    /// the watchdog waits. A program that goes round in erases is ended by its callers' limits.
     fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
-        self.0.erase(from, to)
+        for page in (from..to).step_by(Self::ERASE_SIZE) {
+            IWDG.kr().write(|w| w.set_key(Key::RESET));
+            self.0.erase(page, to.min(page + Self::ERASE_SIZE as u32))?;
+        }
+        Ok(())
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {

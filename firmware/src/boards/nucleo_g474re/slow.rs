@@ -4,7 +4,7 @@ use super::chip::{self, Nucleo};
 use super::samples::Stopped;
 use super::settings_flash::{self, SettingsFlash};
 use super::timing::{PWM_HZ, SAMPLE_HZ, TICK_HZ};
-use super::{bridges, clock, injected, random, scaling, supply};
+use super::{bridges, clock, injected, memory, random, scaling, supply};
 use crate::board::{
     Block, BoardError, BoardErrorKind, BoxBoard, Contacts, DacCode, Emergency, FlashSeen, Lights,
     Origin, Pulse, ResetCause, SensorCodes,
@@ -19,6 +19,9 @@ use rarma_core::guard::KEPT_BYTES;
 const POWER_STAGE: usize = 9;
 /// Pin of the emergency-stop chain: PA6.
 const STOP_CHAIN: usize = 6;
+/// Ticks that a pin may take from its order to its input register, 1 µs: one of the slowest kind
+/// takes 25 ns at 50 pF, the input another two ticks. To look once, at once, is too soon.
+const PIN_TICKS: u64 = TICK_HZ as u64 / 1_000_000;
 /// Ticks of the longest sleep, 1 ms less the time to wake.
 const SLEEP: u64 = TICK_HZ as u64 / 1000 - 2_000;
 
@@ -164,9 +167,12 @@ impl BoxBoard for Nucleo {
             return Err(NucleoError::Gate);
         }
         GPIOC.bsrr().write(|w| w.set_bs(POWER_STAGE, true));
-        if !power_stage() {
-            self.drop_outputs();
-            return Err(NucleoError::Gate);
+        let last = clock::now() + PIN_TICKS;
+        while !power_stage() {
+            if clock::now() > last {
+                self.drop_outputs();
+                return Err(NucleoError::Gate);
+            }
         }
         bridges::set_gate(true);
         Ok(())
@@ -186,6 +192,10 @@ impl BoxBoard for Nucleo {
 
     fn kept(&mut self) -> [u8; KEPT_BYTES] {
         self.kept
+    }
+
+    fn brown_out_mv(&mut self) -> Option<u16> {
+        Some(memory::brown_out_mv())
     }
 
     fn entropy(&mut self) -> u32 {

@@ -246,6 +246,27 @@ fn what_is_no_depth_is_refused_and_no_numbers_are_not_stable() {
     assert!(system.roots(1).is_empty());
 }
 
+/// What the usual steps do not resolve is judged with shorter ones, and comes out as with
+/// shorter ones still.
+#[test]
+fn a_cut_far_stiffer_than_its_machine_is_judged_with_shorter_steps() {
+    use crate::plant::cut::Process;
+    use crate::plant::truth::{STEPS_PER_PERIOD, roots};
+    let mut config = benchmark(Engagement::SLOT, 10e3);
+    let coarse = |depth| milling_delay(&config, depth, STEPS_PER_PERIOD).is_err();
+    let depth_m = (0..30)
+        .map(|k| 1e-3 * f64::powi(1.5, k))
+        .find(|&depth| coarse(depth))
+        .expect("some depth is too stiff");
+    let finest = milling_delay(&config, depth_m, 32.0 * STEPS_PER_PERIOD).expect("fine enough");
+    config.depth = Schedule::constant(depth_m);
+    let found = roots(&Process::Milling(Box::new(config)), 0.0, depth_m, 1).expect("judged");
+    let (found, finest) = (found[0], finest.roots(1)[0]);
+    assert!(found.growth_per_s > 0.0, "{found:?}");
+    let off = found.growth_per_s / finest.growth_per_s - 1.0;
+    assert!(off.abs() < 0.02, "{found:?} {finest:?}");
+}
+
 #[test]
 fn long_steps_leave_the_bare_modes_exact() {
     // The step is solved exactly: without a cut its length must not matter. 1.4 steps a
