@@ -6,6 +6,7 @@
 
 pub mod amplitude;
 pub mod bars;
+pub mod board_model;
 pub mod bound;
 pub mod cers_rig;
 pub mod every_command;

@@ -4,75 +4,11 @@
 
 use firmware::boards::nucleo_g474re::scaling;
 use firmware::monitor::MonitorDuty;
-use host_tests::resources::board_image_or_skip;
+use host_tests::board_model::{Host, NOBODYS, SESSION, Seen, run};
 use rarma_core::guard::{FaultCode, Mode, Severity};
 use rarma_core::settings::Settings;
-use rarma_core::wire::{
-    Command as Word, Deframer, FaultMessage, Head, Identity, MAX_FRAME, Order, Started, Telemetry,
-    encode_order,
-};
+use rarma_core::wire::{Command as Word, FaultMessage, Head, Identity, Started, Telemetry};
 use serde_json::{Value, json};
-use std::path::Path;
-use std::process::Command;
-
-/// What one run of the model brought.
-struct Seen {
-    frames: Vec<(Head, Telemetry)>,
-    run: Value,
-}
-
-/// Runs the image: codes of the microphone, what happens at its pins, options of the model.
-fn run(name: &str, seconds: f64, codes: &[u16], script: &Value, options: &[&str]) -> Option<Seen> {
-    let (image, model, packages) = board_image_or_skip(name)?;
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let write = |file: &str, bytes: &[u8]| {
-        let path = folder.path().join(file);
-        std::fs::write(&path, bytes).expect("the temporary folder takes files");
-        path
-    };
-    let bytes: Vec<u8> = codes.iter().flat_map(|code| code.to_le_bytes()).collect();
-    let output = Command::new("python3")
-        .env("PYTHONPATH", packages)
-        .arg(model)
-        .args([&image, folder.path()])
-        .args(["--seconds", &seconds.to_string()])
-        .arg("--microphone-1")
-        .arg(write("sound.u16", &bytes))
-        .arg("--script")
-        .arg(write("script.json", script.to_string().as_bytes()))
-        .args(options)
-        .output()
-        .expect("python3 starts");
-    assert!(
-        output.status.success(),
-        "{name}: {}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    let is_cut = options.contains(&"--resets");
-    Some(Seen {
-        frames: frames(&folder.path().join("frames.bin"), is_cut),
-        run: read_json(&folder.path().join("run.json")),
-    })
-}
-
-fn read_json(path: &Path) -> Value {
-    let text = std::fs::read(path).expect("the model writes it");
-    serde_json::from_slice(&text).expect("the model writes JSON")
-}
-
-/// Every frame. A broken one is a failure, unless a reset has cut the one it came in.
-fn frames(path: &Path, is_cut: bool) -> Vec<(Head, Telemetry)> {
-    let mut deframer = Deframer::default();
-    let mut broken = 0;
-    let frames = std::fs::read(path)
-        .expect("the model writes it")
-        .into_iter()
-        .filter_map(|byte| deframer.push::<Telemetry>(byte))
-        .filter_map(|frame| frame.inspect_err(|_| broken += 1).ok())
-        .collect();
-    assert!(broken <= usize::from(is_cut), "{broken} frames are broken");
-    frames
-}
 
 /// Noise through a resonance at 900 Hz that loses its damping at `onset_s`, as codes.
 fn cut(seconds: f64, onset_s: f64) -> Vec<u16> {
@@ -158,38 +94,20 @@ fn samples_come_at_their_rate() {
     assert!((23_990..=24_000).contains(&samples), "{samples}");
 }
 
-/// The first words of the model's random numbers (tools/g474-model/entropy.py): the session,
-/// the turn of nobody at start, and that of the first host that takes control.
-const SESSION: u32 = 0x5E55_0001;
-const NOBODYS: u32 = SESSION + 1;
-const OURS: u32 = SESSION + 2;
-/// The number of the host itself.
-const HOST: u32 = 7;
-
 /// Steps that bring CERS to its bias: contacts closed, heartbeats, start, arm.
 fn armed(seconds: f64) -> Vec<Value> {
-    let mut steps = vec![json!([0.0, "PA6", 1]), json!([0.0, "PC8", 1])];
-    let mut sequence = 0;
-    let mut say = |at: f64, command: Word| {
-        let mut frame = [0; MAX_FRAME];
-        sequence += 1;
-        let by = if sequence == 1 { HOST } else { OURS };
-        let order = Order { by, command };
-        let bytes = encode_order(&order, SESSION, sequence, None, &mut frame);
-        let bytes = bytes.expect("a command fits a frame");
-        let hex: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
-        steps.push(json!([at, "host", hex]));
-    };
-    say(0.015, Word::Take { turn: NOBODYS });
-    say(0.02, Word::Start(Mode::Cers));
-    say(0.025, Word::Heartbeat);
-    say(0.03, Word::Arm);
+    let mut host = Host::default();
+    host.steps = vec![json!([0.0, "PA6", 1]), json!([0.0, "PC8", 1])];
+    host.say(0.015, Word::Take { turn: NOBODYS });
+    host.say(0.02, Word::Start(Mode::Cers));
+    host.say(0.025, Word::Heartbeat);
+    host.say(0.03, Word::Arm);
     let mut at = 0.125;
     while at < seconds {
-        say(at, Word::Heartbeat);
+        host.say(at, Word::Heartbeat);
         at += 0.1;
     }
-    steps
+    host.steps
 }
 
 /// When the outputs went on first, and how and when they went off after that.

@@ -104,6 +104,8 @@ class Core:
         self.trouble = None
         self.served = {}
         self.instructions = 0
+        # Address and bytes of every block that was executed while counting.
+        self.blocks = bytearray()
         self._lengths = {}
         uc.mem_write(RAM, bytes([PAINT]) * RAM_BYTES)
         self.restart()
@@ -236,6 +238,7 @@ class Core:
             uc.emu_stop()
 
     def _block(self, uc, address, size, _data):
+        self.blocks += struct.pack("<II", address, size)
         count = self._lengths.get((address, size))
         if count is None:
             code = bytes(uc.mem_read(address, size))

@@ -23,7 +23,8 @@ loop does not matter; from the moment on from which instructions are counted, ev
 FOLDER gets `frames.bin`, what the link said, and `run.json`: what was seen from outside
 (outputs, pins, DACs, resets, erases), the longest time between two feedings of the
 watchdog, the stack used, the interrupts served, and with --count-from
-the instructions executed from that moment on.
+the instructions executed from that moment on, in `blocks.bin` the address and length of every
+block of them in their order, two little-endian 32-bit numbers each.
 """
 
 import argparse
@@ -92,6 +93,8 @@ def main():
     }
     given.folder.mkdir(parents=True, exist_ok=True)
     (given.folder / "frames.bin").write_bytes(bus.serial.said)
+    if given.count_from is not None:
+        (given.folder / "blocks.bin").write_bytes(core.blocks)
     (given.folder / "run.json").write_text(json.dumps(seen, indent=1))
     if trouble:
         print(f"stuck: {trouble}", file=sys.stderr)

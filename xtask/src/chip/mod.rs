@@ -4,6 +4,7 @@
 //! Sizes and reachable calls are read from the linked image; the stack and the instructions
 //! are of a run on the model of the chip, which listens to a fixed sound.
 
+pub mod accelerator;
 pub mod figures;
 pub mod model;
 

@@ -1,0 +1,127 @@
+//! The image for the NUCLEO-G474RE on the model of its chip (tools/g474-model): one run, what the
+//! host says in it, and what came back.
+
+use crate::resources::board_image_or_skip;
+use rarma_core::wire::{
+    Command as Word, Deframer, Head, MAX_FRAME, Order, Telemetry, encode_order,
+};
+use serde_json::{Value, json};
+use std::path::Path;
+use std::process::Command;
+
+/// The first words of the model's random numbers (tools/g474-model/entropy.py): the session,
+/// the turn of nobody at start, and that of the first host that takes control.
+pub const SESSION: u32 = 0x5E55_0001;
+/// The turn of nobody.
+pub const NOBODYS: u32 = SESSION + 1;
+const OURS: u32 = SESSION + 2;
+/// The number of the host itself.
+const HOST: u32 = 7;
+
+/// What one run of the model brought.
+#[derive(Debug)]
+pub struct Seen {
+    /// Every frame.
+    pub frames: Vec<(Head, Telemetry)>,
+    /// What was seen from outside.
+    pub run: Value,
+    /// Address and bytes of every block that was executed while instructions were counted.
+    pub blocks: Vec<(u32, u32)>,
+}
+
+/// Runs the image: codes of the microphone, what happens at its pins, options of the model.
+///
+/// # Panics
+/// The model fails, or the image gets stuck in it.
+#[must_use]
+pub fn run(
+    name: &str,
+    seconds: f64,
+    codes: &[u16],
+    script: &Value,
+    options: &[&str],
+) -> Option<Seen> {
+    let (image, model, packages) = board_image_or_skip(name)?;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let write = |file: &str, bytes: &[u8]| {
+        let path = folder.path().join(file);
+        std::fs::write(&path, bytes).expect("the temporary folder takes files");
+        path
+    };
+    let bytes: Vec<u8> = codes.iter().flat_map(|code| code.to_le_bytes()).collect();
+    let output = Command::new("python3")
+        .env("PYTHONPATH", packages)
+        .arg(model)
+        .args([&image, folder.path()])
+        .args(["--seconds", &seconds.to_string()])
+        .arg("--microphone-1")
+        .arg(write("sound.u16", &bytes))
+        .arg("--script")
+        .arg(write("script.json", script.to_string().as_bytes()))
+        .args(options)
+        .output()
+        .expect("python3 starts");
+    assert!(
+        output.status.success(),
+        "{name}: {}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let is_cut = options.contains(&"--resets");
+    Some(Seen {
+        frames: frames(&folder.path().join("frames.bin"), is_cut),
+        run: read_json(&folder.path().join("run.json")),
+        blocks: blocks(&folder.path().join("blocks.bin")),
+    })
+}
+
+fn read_json(path: &Path) -> Value {
+    let text = std::fs::read(path).expect("the model writes it");
+    serde_json::from_slice(&text).expect("the model writes JSON")
+}
+
+/// Every frame. A broken one is a failure, unless a reset has cut the one it came in.
+fn frames(path: &Path, is_cut: bool) -> Vec<(Head, Telemetry)> {
+    let mut deframer = Deframer::default();
+    let mut broken = 0;
+    let frames = std::fs::read(path)
+        .expect("the model writes it")
+        .into_iter()
+        .filter_map(|byte| deframer.push::<Telemetry>(byte))
+        .filter_map(|frame| frame.inspect_err(|_| broken += 1).ok())
+        .collect();
+    assert!(broken <= usize::from(is_cut), "{broken} frames are broken");
+    frames
+}
+
+/// None where nothing was counted.
+fn blocks(path: &Path) -> Vec<(u32, u32)> {
+    let bytes = std::fs::read(path).unwrap_or_default();
+    let number = |bytes: &[u8]| u32::from_le_bytes(bytes.try_into().expect("four bytes"));
+    let pairs = bytes.chunks_exact(8);
+    pairs.map(|p| (number(&p[..4]), number(&p[4..]))).collect()
+}
+
+/// The host at the link: what it says becomes steps of the model's script.
+#[derive(Debug, Default)]
+pub struct Host {
+    /// The steps, to be added to.
+    pub steps: Vec<Value>,
+    sequence: u32,
+}
+
+impl Host {
+    /// Says a command at a time, s. The first one must take the control.
+    ///
+    /// # Panics
+    /// The command does not fit a frame.
+    pub fn say(&mut self, at: f64, command: Word) {
+        let mut frame = [0; MAX_FRAME];
+        self.sequence += 1;
+        let by = if self.sequence == 1 { HOST } else { OURS };
+        let order = Order { by, command };
+        let bytes = encode_order(&order, SESSION, self.sequence, None, &mut frame);
+        let bytes = bytes.expect("a command fits a frame");
+        let hex: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+        self.steps.push(json!([at, "host", hex]));
+    }
+}
