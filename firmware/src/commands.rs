@@ -58,8 +58,8 @@ impl Commands {
         self.counts
     }
 
-    /// One pass.
-    pub fn pass<B: BoxBoard>(&mut self, all: &mut SensorBox, board: &mut B, now_us: u64) {
+    /// Takes what has come. True if there is something to do in a [`Self::pass`].
+    pub fn receive<B: BoxBoard>(&mut self, board: &mut B) -> bool {
         let mut bytes = [0; PASS_BYTES];
         let room = PASS_BYTES - self.waiting.len();
         let came = bytes
@@ -75,6 +75,11 @@ impl Commands {
         } else {
             0
         };
+        !self.waiting.is_empty()
+    }
+
+    /// One pass over what [`Self::receive`] has taken.
+    pub fn pass<B: BoxBoard>(&mut self, all: &mut SensorBox, board: &mut B, now_us: u64) {
         if self.full_passes >= FLOOD_PASSES {
             all.fault(board, FaultCode::LinkFlood, 0, PASS_BYTES as f32, now_us);
         }

@@ -168,8 +168,12 @@ class Core:
             self.pc = self.uc.reg_read(UC_ARM_REG_PC) | 1
             if length := self._unmask():
                 self.pc += length
-            elif self._slept() and bus.pending_interrupt() is None:
-                bus.advance(min(bus.next_event(), until))
+            elif self._slept():
+                # Only an interrupt that is let in, an exception or a reset ends a sleep.
+                while bus.pending_interrupt() is None and bus.exception is None:
+                    if bus.now >= until or bus.reset_by is not None or bus.hung:
+                        break
+                    bus.advance(min(bus.next_event(), until))
             if bus.exception is not None:
                 self.call(self.vector(bus.exception))
                 bus.exception = None
