@@ -24,7 +24,7 @@ TICK_HZ = 163_200_000
 LSI_HZ = 32_000
 # From the order to a pin of the slowest kind (25 ns at 50 pF) to its input register.
 PIN_TICKS = 8
-# FLASH_OPTR of a chip that nobody has set up (RM0440, 3.7.8): brown-out at 1.7 V, no parity.
+# FLASH_OPTR of a chip that nobody has set up (RM0440): brown-out at 1.7 V, no parity.
 AS_DELIVERED = 0xFFEF_F8AA
 # Bits of RCC_CSR.
 RESET_FLAG = {"power-on": 27, "brown-out": 27, "software": 28, "watchdog": 29, "pin": 26}
@@ -237,7 +237,7 @@ class Bus:
 
     def clock_fails(self):
         """The crystal stops: with the clock security system the core goes on from the inner
-        oscillator and is told (RM0440, 7.2.9); without it the core stands still."""
+        oscillator and is told (RM0440); without it the core stands still."""
         if not self.stored(RCC) >> 19 & 1:
             self.halted = self.hung = True
             return

@@ -245,6 +245,6 @@ pub trait BoxBoard: Emergency {
 /// outputs off, takes 25 ms on the slowest board known.
 pub const WATCHDOG_US: u64 = 100_000;
 
-/// A controller whose reset comes below this goes on with a supply at which nothing of it is
-/// specified any more, mV.
+/// A controller whose reset comes below this goes on while the parts at its side that are made
+/// for 3.3 V, gate drivers and sensors, need not work any more, mV.
 pub const LEAST_BROWN_OUT_MV: u16 = 2700;

@@ -202,8 +202,8 @@ faults! {
     SettingOnce = 110, "setting-once", "number", Listening;
     /// The crystal of the controller stopped: reset.
     ClockFailed = 111, "clock-failed", "1", Past;
-    /// The controller's brown-out reset comes too late to protect anything: its option byte is not
-    /// set; value: where it comes, V.
+    /// The controller's brown-out reset comes far below what the parts at its side need: its option
+    /// byte is not set; value: where it comes, V.
     BrownOutLow = 112, "brown-out-low", "V", Listening;
 }
 

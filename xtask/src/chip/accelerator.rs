@@ -1,12 +1,13 @@
 //! What the flash adds to the time of a program: the wait states that are left behind the chip's
 //! accelerator, for the blocks that an image has executed.
 //!
-//! After RM0440, 3.3.4 and 3.3.5, for two banks: the flash gives 8 bytes a read; an instruction
-//! cache of 32 lines and a data cache of 8 lines, each of four times 8 bytes, the line used longest
-//! ago replaced; prefetch reads the next 8 bytes while these are executed. What the manual leaves
-//! open is taken so: a line is filled 8 bytes at a time as they are asked for, and a read that has
-//! begun is ended before the next. Data are those that lie in the program beside it (a load
-//! relative to the program counter); tables that are reached by a pointer are not seen.
+//! For two banks: the flash gives 8 bytes a read; an instruction cache of 1 KB and a data cache of
+//! 256 bytes; prefetch reads the next 8 bytes while these are executed (RM0440). Lines of four times
+//! 8 bytes are those of the STM32L4, which has the same accelerator. What is said nowhere is taken
+//! so: the line used longest ago is replaced, a line is filled 8 bytes at a time as they are asked
+//! for, and a read that has begun is ended before the next. Data are those that lie in the program
+//! beside it (a load relative to the program counter); tables that are reached by a pointer are not
+//! seen.
 
 use object::{Object, ObjectSegment};
 

@@ -120,7 +120,7 @@ impl NorFlash for SettingsFlash {
     const WRITE_SIZE: usize = <Flash<'static, Blocking> as NorFlash>::WRITE_SIZE;
     const ERASE_SIZE: usize = <Flash<'static, Blocking> as NorFlash>::ERASE_SIZE;
 
-    /// Erases page by page, up to 24.5 ms each, and feeds the watchdog before every one: a start
+    /// Erases page by page, up to 25 ms each, and feeds the watchdog before every one: a start
     /// that mends worn pages erases four of them in one step, which by itself would be as long as
     /// the watchdog waits. A program that goes round in erases is ended by its callers' limits.
     fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
