@@ -18,10 +18,10 @@ use rarma_core::settings::{
 };
 use rarma_core::wire::{MonitorJob, Raw, Telemetry, Verdict};
 
-/// Samples taken at a time.
-const BLOCK: usize = 256;
-/// Blocks taken in one pass: two milliseconds' worth at 192 kHz.
-const BLOCKS: usize = 4;
+/// Samples taken at a time: those of a millisecond, and some.
+const BLOCK: usize = 64;
+/// Blocks taken in one pass: five milliseconds' worth at 192 kHz.
+const BLOCKS: usize = 16;
 /// No sample for this long: they have stopped, µs.
 const STOPPED_US: u64 = 50_000;
 /// Root mean square over [`LOUD_S`] beyond this part of full scale: no cut is that loud
@@ -48,6 +48,7 @@ pub struct Listening {
     change: bool,
     /// The box shakes what it listens to: there is no chatter to be called.
     excited: bool,
+    /// Of the samples that no monitor takes: one that listens has its own.
     health: Health<f32>,
     /// Samples that have gone by since start-up, with those that were lost.
     gone: u64,
@@ -166,6 +167,7 @@ impl Listening {
         if !self.duty.is_idle() {
             let last = self.duty.finished(0, 0, tell.dropped());
             self.duty.end();
+            self.health = Health::new(self.fs_hz, Some(1.0));
             self.job = None;
             tell.tell(board, &last);
         }
@@ -256,8 +258,12 @@ impl Listening {
     }
 
     fn sample<B: BoxBoard>(&mut self, board: &mut B, x: f32, tell: &mut Teller) {
-        let good = self.health.admit(x);
-        self.loud += self.loud_gain * (good * good - self.loud);
+        if self.duty.is_idle() {
+            self.health.admit(x);
+        }
+        // What is no number, or beyond full scale, is no sound.
+        let heard = if x.abs() <= 1.0 { x * x } else { 0.0 };
+        self.loud += self.loud_gain * (heard - self.loud);
         self.gone += 1;
         self.taken += 1;
         let (verdicts, excited) = (&mut self.verdicts, self.excited);
@@ -320,7 +326,12 @@ impl Listening {
             found(FaultCode::SamplesStopped, silence as f32 * 1e-6);
             return;
         }
-        match self.health.fault() {
+        let fault = if self.duty.is_idle() {
+            self.health.fault()
+        } else {
+            self.duty.fault()
+        };
+        match fault {
             Some(Fault::NotFinite) => found(FaultCode::SamplesNotFinite, 0.0),
             Some(Fault::Stuck) => found(FaultCode::SamplesStuck, 0.0),
             Some(Fault::Clipped) => found(FaultCode::SamplesClipped, 0.0),

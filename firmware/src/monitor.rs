@@ -1,7 +1,7 @@
 //! The monitor duty: samples in, telemetry out. Fast path; once a sample.
 
 use crate::notices::Notices;
-use rarma_core::condition::HealthCounts;
+use rarma_core::condition::{Fault, HealthCounts};
 use rarma_core::decide::{AlarmEvent, Histogram};
 use rarma_core::monitor::{Monitor, MonitorError, Report};
 use rarma_core::wire::{AlarmMessage, Finished, HistogramMessage, MonitorJob, Telemetry, Verdict};
@@ -74,7 +74,7 @@ impl MonitorDuty {
     #[inline]
     pub fn sample(&mut self, x: f32, say: &mut impl FnMut(&Telemetry)) {
         if let Some(telling) = &mut self.telling
-            && let Some(report) = self.monitor.push(x)
+            && let Some(report) = fast_path::push(&mut self.monitor, x)
         {
             let monitor = &self.monitor;
             telling.report(&report, || monitor.histogram(), say);
@@ -104,6 +104,11 @@ impl MonitorDuty {
         if !self.is_idle() {
             self.monitor.missing(samples);
         }
+    }
+
+    /// What is wrong with the samples that it takes.
+    pub fn fault(&self) -> Option<Fault> {
+        self.monitor.fault()
     }
 
     /// Last message of the run.

@@ -12,9 +12,11 @@ pub const STOP_DB: f64 = 60.0;
 #[derive(Debug, Clone)]
 pub struct FirStage<T> {
     taps: [T; MAX_TAPS],
-    history: [T; MAX_TAPS],
+    /// Samples in their order, the newest before `end`. Where the room ends the last ones
+    /// go back to its beginning, so that a product never meets a seam.
+    history: [[T; MAX_TAPS]; 2],
     length: usize,
-    at: usize,
+    end: usize,
     factor: usize,
     phase: usize,
 }
@@ -27,9 +29,9 @@ impl<T: Real> FirStage<T> {
 
     pub(super) const IDENTITY: Self = Self {
         taps: [T::ZERO; MAX_TAPS],
-        history: [T::ZERO; MAX_TAPS],
+        history: [[T::ZERO; MAX_TAPS]; 2],
         length: 1,
-        at: 0,
+        end: 0,
         factor: 1,
         phase: 0,
     };
@@ -61,11 +63,10 @@ impl<T: Real> FirStage<T> {
         }
         Self {
             taps: raw.map(|h| T::from_f64(h / sum)),
-            history: [T::ZERO; MAX_TAPS],
             length,
-            at: 0,
+            end: length - 1,
             factor,
-            phase: 0,
+            ..Self::IDENTITY
         }
     }
 
@@ -99,30 +100,35 @@ impl<T: Real> FirStage<T> {
         if self.factor == 1 && self.length == 1 {
             return Some(x);
         }
-        if let Some(place) = self.history.get_mut(self.at) {
-            *place = x;
+        let length = self.length;
+        if self.end >= 2 * MAX_TAPS {
+            let [front, back] = &mut self.history;
+            let last = back.get(MAX_TAPS + 1 - length..)?;
+            for (to, from) in front.iter_mut().zip(last) {
+                *to = *from;
+            }
+            self.end = length - 1;
         }
-        self.at = if self.at + 1 >= self.length {
-            0
-        } else {
-            self.at + 1
-        };
+        let samples = self.history.as_flattened_mut();
+        *samples.get_mut(self.end)? = x;
+        self.end += 1;
         self.phase += 1;
         if self.phase < self.factor {
             return None;
         }
         self.phase = 0;
-        // Oldest sample at `at`; taps are symmetric, so the order does not matter
-        // as long as it is one of the two.
-        let history = self.history.get(..self.length)?;
-        let taps = self.taps.get(..self.length)?;
-        let (newer, older) = history.split_at_checked(self.at)?;
-        let (h_old, h_new) = taps.split_at_checked(older.len())?;
+        // Oldest sample first; taps are symmetric, so either order would do.
+        let (samples, last_samples) = samples
+            .get(self.end.checked_sub(length)?..self.end)?
+            .as_chunks::<4>();
+        let (taps, last_taps) = self.taps.get(..length)?.as_chunks::<4>();
         let mut sum = T::ZERO;
-        for (h, x) in h_old.iter().zip(older) {
-            sum += *h * *x;
+        for (h, x) in taps.iter().zip(samples) {
+            for i in 0..4 {
+                sum += h[i] * x[i];
+            }
         }
-        for (h, x) in h_new.iter().zip(newer) {
+        for (h, x) in last_taps.iter().zip(last_samples) {
             sum += *h * *x;
         }
         Some(sum)
@@ -169,5 +175,31 @@ mod tests {
             let g = gain(&mut make(), 12_000.0, f);
             assert!((1e-7..2e-3).contains(&g), "gain {g} at {f} Hz");
         }
+    }
+
+    /// Wherever the samples lie in the room: one in four of what the impulse response gives,
+    /// which is read off a stage that keeps every sample.
+    #[test]
+    fn a_stage_gives_every_fourth_sample_of_its_convolution() {
+        let mut whole = FirStage::<f64>::design(1, 48_000.0, 2500.0, 9500.0);
+        let mut response = Vec::new();
+        for n in 0..MAX_TAPS {
+            response.push(whole.process(f64::from(u8::from(n == 0))).unwrap());
+        }
+        let length = response.iter().rposition(|h| *h != 0.0).unwrap() + 1;
+        assert_eq!(whole.delay(), (length - 1) as f64 / 2.0);
+        let signal: Vec<f64> = (0..1500u32)
+            .map(|n| f64::from(n.wrapping_mul(2_654_435_761)) / 4e9 - 0.5)
+            .collect();
+        let mut stage = FirStage::<f64>::design(4, 48_000.0, 2500.0, 9500.0);
+        let mut given = 0;
+        for (n, x) in signal.iter().enumerate() {
+            let Some(y) = stage.process(*x) else { continue };
+            given += 1;
+            let before = signal[..=n].iter().rev();
+            let wanted: f64 = response.iter().zip(before).map(|(h, x)| h * x).sum();
+            assert!((y - wanted).abs() < 1e-12, "sample {n}: {y}, {wanted}");
+        }
+        assert_eq!(given, signal.len() / 4);
     }
 }

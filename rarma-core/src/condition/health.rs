@@ -50,15 +50,17 @@ pub struct HealthCounts {
 /// Watches one channel.
 #[derive(Debug, Clone)]
 pub struct Health<T> {
-    clip_level: Option<T>,
+    /// Infinite where full scale is not known.
+    clip_level: T,
     clip_gain: T,
     clipped: T,
     stuck_run: u32,
     hold: u32,
     last: T,
     run: u32,
-    since_bad: u32,
-    since_missing: u32,
+    /// Samples for which a fault is still held.
+    bad_for: u32,
+    missing_for: u32,
     counts: HealthCounts,
 }
 
@@ -68,15 +70,15 @@ impl<T: Real> Health<T> {
     pub fn new(fs: f64, full_scale: Option<f64>) -> Self {
         let samples = |seconds: f64| (seconds * fs).clamp(1.0, 1e9) as u32;
         Self {
-            clip_level: full_scale.map(|f| T::from_f64(0.999 * f)),
+            clip_level: T::from_f64(full_scale.map_or(f64::INFINITY, |f| 0.999 * f)),
             clip_gain: T::from_f64(1.0 / (CLIP_MEMORY_S * fs).max(20.0)),
             clipped: T::ZERO,
             stuck_run: samples(STUCK_S).max(STUCK_SAMPLES),
             hold: samples(HOLD_S),
             last: T::ZERO,
             run: 0,
-            since_bad: u32::MAX,
-            since_missing: u32::MAX,
+            bad_for: 0,
+            missing_for: 0,
             counts: HealthCounts::default(),
         }
     }
@@ -84,10 +86,13 @@ impl<T: Real> Health<T> {
     /// Takes one sample and gives it back, or the last good one in its place.
     #[inline(always)]
     pub fn admit(&mut self, x: T) -> T {
-        self.since_bad = self.since_bad.saturating_add(1);
-        self.since_missing = self.since_missing.saturating_add(1);
+        for held in [&mut self.bad_for, &mut self.missing_for] {
+            if *held > 0 {
+                *held -= 1;
+            }
+        }
         if !(x.abs() <= T::from_f64(LARGEST)) {
-            self.since_bad = 0;
+            self.bad_for = self.hold;
             self.counts.not_finite = self.counts.not_finite.saturating_add(1);
             return self.last;
         }
@@ -99,13 +104,10 @@ impl<T: Real> Health<T> {
         } else {
             self.run = 0;
         }
-        if let Some(level) = self.clip_level {
-            let at_limit = x.abs() >= level;
-            if at_limit {
-                self.counts.clipped = self.counts.clipped.saturating_add(1);
-            }
-            let target = if at_limit { T::ONE } else { T::ZERO };
-            self.clipped += self.clip_gain * (target - self.clipped);
+        self.clipped -= self.clip_gain * self.clipped;
+        if x.abs() >= self.clip_level {
+            self.counts.clipped = self.counts.clipped.saturating_add(1);
+            self.clipped += self.clip_gain;
         }
         self.last = x;
         x
@@ -113,15 +115,15 @@ impl<T: Real> Health<T> {
 
     /// The source lost `samples` samples just now (overrun, dropped frame).
     pub fn missing(&mut self, samples: u32) {
-        self.since_missing = 0;
+        self.missing_for = self.hold;
         self.counts.missing = self.counts.missing.saturating_add(samples);
     }
 
     /// What is wrong now.
     pub fn fault(&self) -> Option<Fault> {
-        if self.since_bad < self.hold {
+        if self.bad_for > 0 {
             Some(Fault::NotFinite)
-        } else if self.since_missing < self.hold {
+        } else if self.missing_for > 0 {
             Some(Fault::Missing)
         } else if self.run >= self.stuck_run {
             Some(Fault::Stuck)

@@ -105,6 +105,13 @@ impl<T: Real> Monitor<T> {
         self.samples += 1;
         let good = self.health.admit(x);
         let (wide, y) = self.filter.process_both(good)?;
+        self.hear(wide, y)
+    }
+
+    /// Takes one decimated sample, before and after the high-pass. A function of its own, so that
+    /// the samples between two of them do not save registers for it.
+    #[inline(never)]
+    fn hear(&mut self, wide: T, y: T) -> Option<Report<T>> {
         if self.trusts_samples() {
             if self.hears_lines {
                 self.sources.process(wide);

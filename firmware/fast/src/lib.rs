@@ -1,0 +1,14 @@
+//! What the box does with every sample, in single precision.
+//!
+//! Generic code is made in the crate that names its types, at that crate's level of
+//! optimisation. Made here, it is made for speed, while the rest of an image may be made
+//! for size (profile `fw-small`).
+#![no_std]
+
+use rarma_core::monitor::{Monitor, Report};
+
+/// [`Monitor::push`].
+#[inline(never)]
+pub fn push(monitor: &mut Monitor<f32>, x: f32) -> Option<Report<f32>> {
+    monitor.push(x)
+}
