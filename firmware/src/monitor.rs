@@ -11,7 +11,7 @@ const HISTOGRAM_S: f64 = 1.0;
 
 /// Listens, and says at the rate asked for what it hears; alarms at once.
 ///
-/// A duty is 22 KB: a board with little memory keeps one in a static, idle at first, and
+/// A duty is 56 KB: a board with little memory keeps one in a static, idle at first, and
 /// has it [`begin`](Self::begin) there.
 #[derive(Debug, Clone)]
 pub struct MonitorDuty {
