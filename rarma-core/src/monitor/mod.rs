@@ -66,6 +66,8 @@ pub struct Monitor<T> {
     sources: Verdict<T>,
     /// The rate is high enough for lines.
     hears_lines: bool,
+    /// Nobody tells the speed, and the lines go by the one that is heard.
+    heard_speed: bool,
     band: (T, T),
     idle_samples: Option<(u64, u64)>,
     fs: T,
@@ -148,6 +150,7 @@ impl<T: Real> Monitor<T> {
         }
         self.spindle.tell(spindle_hz);
         self.sources.tell_speed(spindle_hz);
+        self.heard_speed = false;
         Ok(())
     }
 

@@ -39,6 +39,7 @@ impl<T: Real> Monitor<T> {
             spindle: Spindle::default(),
             sources: Verdict::BLANK,
             hears_lines: false,
+            heard_speed: false,
             band: (T::ZERO, T::ZERO),
             idle_samples: None,
             fs: T::ZERO,
@@ -81,6 +82,7 @@ impl<T: Real> Monitor<T> {
             spindle,
             sources,
             hears_lines,
+            heard_speed,
             band,
             idle_samples,
             fs: rate,
@@ -128,7 +130,7 @@ impl<T: Real> Monitor<T> {
         *power_gain = T::from_f64((1.0 / (POWER_TAU_S * fs)).min(1.0));
         *period = T::from_f64(period_s);
         *lost_s = T::from_f64(verdict::LOST_HOLD_S);
-        *was_locked = false;
+        (*was_locked, *heard_speed) = (false, false);
         *samples = 0;
         for x in [power, rest_power, loudest, heard_s, fault_s] {
             *x = T::ZERO;

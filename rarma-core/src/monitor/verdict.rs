@@ -7,7 +7,6 @@ use crate::decide::{
 };
 use crate::real::Real;
 use crate::spectrum::modal;
-use crate::verdict::Judgement;
 
 /// What a mode's share counts while no idle has been heard.
 const NO_IDLE: f64 = 0.33;
@@ -23,6 +22,8 @@ pub(super) const LOST_HOLD_S: f64 = 0.1;
 /// A mode whose line the rotation makes with less than this chance may call; with 0.03 the
 /// population comes out alike.
 const FREE: f64 = 0.1;
+/// A mode and a line so near to each other, as a part of the frequency, are one vibration.
+const SAME_LINE: f64 = 0.02;
 /// An alarm outlives bad samples for this long, s.
 const ALARM_HOLD_S: f64 = 1.0;
 /// The level means something from here on, s.
@@ -63,9 +64,7 @@ impl<T: Real> Monitor<T> {
         let begins = cutting && !was_in_cut && broad;
         self.spindle
             .decide(self.samples, cutting, begins, self.period_s);
-        if let Some(hz) = self.spindle.by_tacho() {
-            self.sources.tell_speed(hz);
-        }
+        self.tell_lines();
 
         let mut modes = [None; MAX_MODES];
         if ready {
@@ -99,7 +98,7 @@ impl<T: Real> Monitor<T> {
         if ready && !bad {
             let callers = Callers {
                 modes: &may_call,
-                line_hz: self.called_line().filter(|_| fault.is_none()),
+                line_hz: self.suspected_line(true).filter(|_| fault.is_none()),
             };
             event = self.alarm.update(&modes, &callers, self.period_s);
         } else if self.alarm.standing().is_some() && self.fault_s > T::from_f64(ALARM_HOLD_S) {
@@ -125,7 +124,9 @@ impl<T: Real> Monitor<T> {
                 (State::Stable, _) if self.blindness.is_blind() => {
                     (State::Warning, Reason::BlindAtMultiple)
                 }
-                (State::Stable, _) if self.may_hide_chatter() || self.is_unexplained() => {
+                (State::Stable, _)
+                    if self.may_hide_chatter() || self.suspected_line(false).is_some() =>
+                {
                     (State::Warning, Reason::OriginUnknown)
                 }
                 (State::Stable, Reason::ForcedOnly) if self.spindle.is_entering() => {
@@ -149,37 +150,45 @@ impl<T: Real> Monitor<T> {
         report.in_order(standing.map(|s| s.slot))
     }
 
-    /// What the lines say, if somebody tells the speed and `told` asks for that.
-    fn lines_say(&self, told: bool) -> Option<&Judgement<T>> {
-        let says = self.hears_lines && self.spindle.is_told() == told;
-        says.then(|| self.sources.judgement())
+    /// Tells the lines the speed of the tacho; where nobody tells one, that of the comb that is
+    /// heard and removed.
+    fn tell_lines(&mut self) {
+        if let Some(hz) = self.spindle.by_tacho() {
+            self.sources.tell_speed(hz);
+        } else if let Some(hz) = self.spindle.by_sound_alone() {
+            // From there on they follow it by themselves, as far as they look.
+            if !(self.heard_speed && self.sources.reaches(hz)) {
+                self.sources.tell_speed(hz);
+            }
+            self.heard_speed = true;
+        }
     }
 
-    /// The line that is called, Hz, where somebody tells the speed.
-    fn called_line(&self) -> Option<T> {
-        let said = self.lines_say(true)?;
-        said.chatter.then_some(said.f_hz)
+    /// The line that the lines say chatters, Hz, if they know the speed and `known` asks for that.
+    fn suspected_line(&self, known: bool) -> Option<T> {
+        let knows = self.heard_speed || self.spindle.is_told();
+        let said = self.sources.judgement();
+        (self.hears_lines && knows == known && said.chatter).then_some(said.f_hz)
     }
 
-    /// A mode may call where nobody tells the speed; else where the lines hold that the
-    /// rotation does not make it, and it loses its damping, or grew while no idle was heard
-    /// to tell a line's level by.
+    /// A mode may call that loses its damping, or that grew while no idle was heard to tell a
+    /// line's level by; where the speed is known only if the lines hold that the rotation does not
+    /// make it. Where it is not, one may call, too, whose line would be called if the rotation did
+    /// not make it.
     fn may_call(&self, mode: &Mode<T>) -> bool {
-        if !(self.hears_lines && self.spindle.is_told()) {
+        if !self.hears_lines {
             return true;
+        }
+        let grew = mode.grew && self.idle.idle_level().is_none();
+        if !(self.heard_speed || self.spindle.is_told()) {
+            let is_near = |hz: T| (hz - mode.frequency).abs() < hz * T::from_f64(SAME_LINE);
+            return mode.was_damped || grew || self.suspected_line(false).is_some_and(is_near);
         }
         let forced = self.sources.forced_at(mode.frequency);
         let is_free = forced.is_some_and(|forced| forced < T::from_f64(FREE));
         // Flip chatter lies on multiples of the speed: there its damping alone can tell.
         let is_flip = mode.origin == Origin::Unknown;
-        (mode.was_damped && (is_free || is_flip))
-            || (mode.grew && is_free && self.idle.idle_level().is_none())
-    }
-
-    /// Nobody tells the speed, and there is a line that would be called if the rotation did not
-    /// make it.
-    fn is_unexplained(&self) -> bool {
-        self.lines_say(false).is_some_and(|said| said.chatter)
+        (mode.was_damped && (is_free || is_flip)) || (grew && is_free)
     }
 
     /// A line that was removed as it stood, though it may be self-excited, is as loud as one

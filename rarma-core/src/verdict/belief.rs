@@ -147,6 +147,11 @@ impl<T: Real> Belief<T> {
         self.prior_sum = self.prior_sums.0;
     }
 
+    /// The speed, Hz, is among the speeds.
+    pub(super) fn reaches(&self, spindle_hz: T) -> bool {
+        (spindle_hz / self.told_hz).ln().abs() < T::from_f64(SPAN)
+    }
+
     /// The speed is being turned, away from the told one: the speeds go with it.
     pub(super) fn go_along(&mut self) {
         if self.mean.abs() < T::from_f64(FAR) {

@@ -43,6 +43,11 @@ impl<T: Real> Caller<T> {
         evidence > self.call
     }
 
+    /// Ends an alarm.
+    pub(super) fn silence(&mut self) {
+        self.stands = false;
+    }
+
     /// The largest sum of evidence after a window; whether chatter is called.
     pub fn hear(&mut self, evidence: T) -> bool {
         self.silent = if evidence > self.release {

@@ -276,12 +276,25 @@ impl<T: Real> Verdict<T> {
         Ok(())
     }
 
-    /// The speed as a control tells it, Hz: for the first time, or anew.
+    /// The speed as a control tells it, Hz: for the first time, or anew. What was held of the lines
+    /// before the first time is forgotten: without a speed each of them was free.
     pub fn tell_speed(&mut self, spindle_hz: T) {
         if spindle_hz.is_finite() && spindle_hz > T::from_f64(0.1) {
+            if !self.is_told {
+                self.tracks = Tracks::BLANK;
+                self.caller.silence();
+                // The window at hand is half judged.
+                self.stage = Stage::Wait;
+                self.last = Judgement::NONE;
+            }
             self.belief.tell(spindle_hz);
             self.is_told = true;
         }
+    }
+
+    /// The speed, Hz, is among those that are believed in.
+    pub(crate) fn reaches(&self, spindle_hz: T) -> bool {
+        self.is_told && self.belief.reaches(spindle_hz)
     }
 
     /// The belief, where somebody has told a speed.

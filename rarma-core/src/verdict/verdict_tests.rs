@@ -271,6 +271,30 @@ fn a_speed_told_in_the_cut_moves_the_lines_with_it() {
     assert!((hz - 66.0).abs() < 0.2, "{hz}");
 }
 
+/// Without a speed every line is free, the teeth's too. What was held of them then is void.
+#[test]
+fn the_first_speed_that_is_told_calls_none_of_the_lines_that_it_explains() {
+    let cut = Cut::new(180.0, (0.0, 0.0));
+    let mut verdict =
+        Verdict::<f32>::new(&VerdictConfig::default(), &told(None, 3)).expect("in range");
+    let told_at = (2.51 * FS) as usize;
+    let (mut suspected, mut called) = (false, 0);
+    for (n, x) in cut.samples().enumerate() {
+        if n == told_at {
+            verdict.tell_speed(60.0);
+        }
+        let _ = verdict.process(x as f32);
+        let chatter = verdict.judgement().chatter;
+        if n < told_at {
+            suspected |= chatter;
+        } else {
+            called += usize::from(chatter);
+        }
+    }
+    assert!(suspected, "else the promise would be empty");
+    assert_eq!(called, 0);
+}
+
 #[test]
 fn without_a_speed_nothing_is_said_of_the_rotation() {
     let all = judged::<f32>(&Cut::new(180.0, (811.0, 2.0)), &told(None, 1));

@@ -310,6 +310,11 @@ impl<T: Real> Spindle<T> {
         self.tacho_reading.map(|(hz, _)| hz)
     }
 
+    /// Speed of the lines that are removed, Hz, where nobody tells one.
+    pub(super) fn by_sound_alone(&self) -> Option<T> {
+        self.locked().map(|(hz, _)| hz).filter(|_| !self.is_told())
+    }
+
     /// Somebody tells the speed: a setting that the sound has not denied, or the tacho.
     pub(super) fn is_told(&self) -> bool {
         (self.setting.is_some() && !self.is_denied()) || self.tacho_reading.is_some()
