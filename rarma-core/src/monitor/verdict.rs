@@ -166,9 +166,14 @@ impl<T: Real> Monitor<T> {
 
     /// The line that the lines say chatters, Hz, if they know the speed and `known` asks for that.
     fn suspected_line(&self, known: bool) -> Option<T> {
-        let knows = self.heard_speed || self.spindle.is_told();
         let said = self.sources.judgement();
-        (self.hears_lines && knows == known && said.chatter).then_some(said.f_hz)
+        let says = self.hears_lines && self.knows_speed() == known && said.chatter;
+        says.then_some(said.f_hz)
+    }
+
+    /// The lines go by a speed that is told and not denied, or by the one that is heard.
+    fn knows_speed(&self) -> bool {
+        self.heard_speed || self.spindle.is_told()
     }
 
     /// A mode may call that loses its damping, or that grew while no idle was heard to tell a
@@ -180,7 +185,7 @@ impl<T: Real> Monitor<T> {
             return true;
         }
         let grew = mode.grew && self.idle.idle_level().is_none();
-        if !(self.heard_speed || self.spindle.is_told()) {
+        if !self.knows_speed() {
             let is_near = |hz: T| (hz - mode.frequency).abs() < hz * T::from_f64(SAME_LINE);
             return mode.was_damped || grew || self.suspected_line(false).is_some_and(is_near);
         }
