@@ -173,6 +173,50 @@ fn a_mode_that_noise_rings_is_not_called() {
     }
 }
 
+/// Calls, and part of the time in alarm, of modes that only noise rings.
+fn rung(zeta: f64) -> (u32, f64) {
+    let (mut calls, mut alarmed, mut windows) = (0, 0, 0);
+    for seed in 0..30_u32 {
+        let w = TAU * (400.0 + 55.0 * f64::from(seed)) / FS;
+        let (r, c) = ((-zeta * w).exp(), (w * (1.0 - zeta * zeta).sqrt()).cos());
+        let listening = told(Some(60.0), 3);
+        let mut verdict =
+            Verdict::<f32>::new(&VerdictConfig::default(), &listening).expect("in range");
+        let (mut y1, mut y2, mut state, mut was) = (0.0, 0.0, 7 * seed + 3, false);
+        for n in 0..66_000 {
+            let level = if n < 6000 { 0.01 } else { 1.0 };
+            let y = 2.0 * r * c * y1 - r * r * y2 + level * noise(&mut state);
+            (y1, y2) = (y, y1);
+            if let Some(judgement) = verdict.process(y as f32) {
+                calls += u32::from(judgement.chatter && !was);
+                was = judgement.chatter;
+                alarmed += u32::from(was);
+                windows += 1;
+            }
+        }
+    }
+    (calls, f64::from(alarmed) / f64::from(windows))
+}
+
+/// A mode that is all there is, 40 dB over idle, rung by noise alone for ten seconds at 30
+/// frequencies: the worst case of a stable cut.
+#[test]
+fn modes_that_noise_rings_are_rarely_called() {
+    for (zeta, most_calls, most_time) in [
+        (0.01, 30, 0.3),
+        (0.02, 12, 0.08),
+        (0.03, 5, 0.03),
+        (0.05, 0, 0.0),
+    ] {
+        let (calls, time) = rung(zeta);
+        println!("damping {zeta}: {calls} calls in 5 min, {time:.3} of the time");
+        assert!(
+            calls <= most_calls && time <= most_time,
+            "{zeta}: {calls}, {time}"
+        );
+    }
+}
+
 #[test]
 fn loudness_changes_nothing() {
     let said = |gain: f64| -> Vec<bool> {
