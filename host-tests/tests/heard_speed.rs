@@ -1,5 +1,6 @@
 //! Promise: where nobody tells the speed, chatter is called by the speed that is heard, and the
-//! lines of that speed are not.
+//! lines of that speed are not; a comb that is heard before the cut does not stand against a told
+//! speed.
 
 use host_tests::watch::each;
 use rand::{Rng, SeedableRng};
@@ -87,5 +88,54 @@ fn a_comb_alone_is_not_called() {
     });
     for called in &all {
         assert!(called.is_empty(), "{called:?}");
+    }
+}
+
+/// A pump turns 31 times a second before the tool enters, a spindle that was told with 60 cuts.
+#[test]
+fn what_was_heard_before_the_cut_does_not_stand_against_a_told_speed() {
+    const PUMP_HZ: f64 = 31.0;
+    const SPINDLE_HZ: f64 = 60.0;
+    const ENTRY_S: f64 = 5.0;
+    const CHATTER_S: f64 = 8.0;
+    const CHATTER_HZ: f64 = 1230.0;
+    let mut config = MonitorConfig::new(FS_HZ);
+    config.spindle_hz = Some(SPINDLE_HZ);
+    config.teeth = Some(4);
+    for seed in 0..4 {
+        let mut monitor = Monitor::<f32>::new(&config).expect("in range");
+        let mut rng = ChaCha8Rng::seed_from_u64(3000 + seed);
+        let phases: Vec<f64> = (0..40).map(|_| rng.random_range(0.0..TAU)).collect();
+        let comb = |t_s: f64, hz: f64| -> f64 {
+            let each = (1..).zip(&phases);
+            each.map(|(k, phase)| (TAU * f64::from(k) * hz * t_s + phase).sin())
+                .sum()
+        };
+        let (mut was_denied, mut called_s) = (false, None);
+        for n in 0..(12.0 * FS_HZ) as usize {
+            let t_s = n as f64 / FS_HZ;
+            let mut x = 0.002 * rng.random_range(-1.0..1.0) + 0.001 * comb(t_s, PUMP_HZ);
+            if t_s >= ENTRY_S {
+                x += 0.02 * comb(t_s, SPINDLE_HZ) + 0.02 * rng.random_range(-1.0..1.0);
+            }
+            let grown = ((t_s - CHATTER_S) / 0.2).clamp(0.0, 1.0);
+            x += grown * grown * 0.3 * (TAU * CHATTER_HZ * t_s).sin();
+            let Some(report) = monitor.push(x as f32) else {
+                continue;
+            };
+            if t_s < ENTRY_S {
+                was_denied |= report.spindle.contradiction.is_some();
+            } else if t_s > ENTRY_S + 1.0 {
+                let spindle = report.spindle;
+                assert!(spindle.contradiction.is_none(), "{t_s}: {spindle:?}");
+            }
+            if let AlarmEvent::On { .. } = report.event {
+                called_s = called_s.or(Some(t_s));
+            }
+        }
+        println!("denied before the cut: {was_denied}, called at {called_s:?} s");
+        assert!(was_denied, "the pump was not heard: nothing was tried");
+        let called_s = called_s.expect("the chatter is called");
+        assert!((CHATTER_S..CHATTER_S + 1.0).contains(&called_s), "{called_s}");
     }
 }

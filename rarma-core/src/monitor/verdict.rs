@@ -161,6 +161,10 @@ impl<T: Real> Monitor<T> {
                 self.sources.tell_speed(hz);
             }
             self.heard_speed = true;
+        } else if let Some(hz) = self.spindle.by_setting().filter(|_| self.heard_speed) {
+            // The sound has taken back that it denied it.
+            self.sources.tell_speed(hz);
+            self.heard_speed = false;
         }
     }
 

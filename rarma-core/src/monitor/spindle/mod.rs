@@ -222,6 +222,10 @@ impl<T: Real> Spindle<T> {
 
     /// A decision: time passes; `begins` says that a cut has just begun.
     pub(super) fn decide(&mut self, now: u64, cutting: bool, begins: bool, period_s: T) {
+        if begins {
+            // What denied the told speed was heard before the cut: a pump, the mains.
+            (self.contradiction, self.denied) = (None, 0);
+        }
         self.entering_s = if begins {
             T::from_f64(ENTERING.0)
         } else {
@@ -315,9 +319,14 @@ impl<T: Real> Spindle<T> {
         self.locked().map(|(hz, _)| hz).filter(|_| !self.is_told())
     }
 
+    /// The speed that a setting tells, Hz, and the sound has not denied.
+    pub(super) fn by_setting(&self) -> Option<T> {
+        self.setting.filter(|_| !self.is_denied())
+    }
+
     /// Somebody tells the speed: a setting that the sound has not denied, or the tacho.
     pub(super) fn is_told(&self) -> bool {
-        (self.setting.is_some() && !self.is_denied()) || self.tacho_reading.is_some()
+        self.by_setting().is_some() || self.tacho_reading.is_some()
     }
 
     /// The lines are removed, those of a comb in doubt, too.
