@@ -6,7 +6,6 @@
 
 mod agreement;
 mod alarm;
-mod background;
 mod channels;
 mod config;
 mod fpk;
@@ -27,7 +26,6 @@ pub use agreement::{
     same_mode, surer, unexplained,
 };
 pub use alarm::{Alarm, AlarmEvent, Callers, ESTABLISHED_S, Reason, Standing, State};
-pub use background::{Background, GROWN, Tone};
 pub use channels::{
     CONTRADICTION_S, CONTRADICTION_SDS, ChannelFault, ChannelWatch, Dropped, Hearing, MOVED_RATIO,
     SILENT_RATIO, STILL_RATIO, TAKEN_BACK_S,

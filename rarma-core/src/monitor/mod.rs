@@ -24,7 +24,7 @@ pub use report::{MAX_MODES, Report};
 pub use spindle::{SpeedSource, SpindleReport};
 
 use crate::condition::{BandFilter, Fault, Health, HealthCounts};
-use crate::decide::{Alarm, Background, Histogram, IdleFinder, Onset, Places};
+use crate::decide::{Alarm, Histogram, IdleFinder, Onset, Places};
 use crate::real::Real;
 use crate::verdict::Verdict;
 use amplitude::AmplitudeWatch;
@@ -55,7 +55,6 @@ pub struct Monitor<T> {
     identifier: Identifier<T>,
     slots: [Slot<T>; MAX_MODES],
     idle: IdleFinder<T>,
-    background: Background<T>,
     places: Places<T>,
     onset: Onset<T>,
     was_locked: bool,

@@ -2,17 +2,12 @@
 
 use super::spindle::Spindle;
 use crate::decide::{
-    AlarmConfig, Background, Evidence, ModeTrack, Origin, Places, Reading, Rotation,
-    SequentialTest, Steadiness,
+    AlarmConfig, Evidence, ModeTrack, Origin, Places, Reading, Rotation, SequentialTest, Steadiness,
 };
 use crate::real::Real;
 use crate::spectrum::{LOCKIN_TAU_S, LockIn, Modal, ModalDeviation};
+use crate::verdict::Verdict;
 
-/// A line at a half or a third of a mode with this part of its power, and with
-/// [`LINE_SHARE`] of the band's, makes the mode an overtone; with less than the second
-/// part it does no longer.
-const OVERTONE_RATIO: (f64, f64) = (0.2, 0.05);
-const LINE_SHARE: f64 = 0.03;
 /// Part of the threshold that counts for a mode that may always have had so little damping.
 const NO_NEWS: f64 = 0.25;
 /// A line's frequency is averaged for so long, s; one that jumps by more than this part of
@@ -20,15 +15,12 @@ const NO_NEWS: f64 = 0.25;
 const LINE_TAU_S: f64 = 0.06;
 const SAME_LINE: f64 = 0.01;
 
-/// A mode's place: its lock-ins, its test and its memory.
+/// A mode's place: its lock-in, its test and its memory.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Slot<T> {
     at: LockIn<T>,
-    half: LockIn<T>,
-    third: LockIn<T>,
     test: SequentialTest<T>,
     steadiness: Steadiness<T>,
-    overtone: bool,
     /// Frequency of the line that is loudest at the mode, Hz, and for how long it has been
     /// averaged, s.
     line: (T, T),
@@ -40,11 +32,8 @@ impl<T: Real> Default for Slot<T> {
     fn default() -> Self {
         Self {
             at: LockIn::default(),
-            half: LockIn::default(),
-            third: LockIn::default(),
             test: SequentialTest::default(),
             steadiness: Steadiness::default(),
-            overtone: false,
             line: (T::ZERO, T::ZERO),
             steered: T::ZERO,
             track: ModeTrack::default(),
@@ -75,7 +64,7 @@ pub(super) struct Surroundings<'a, T> {
     pub(super) band: (T, T),
     pub(super) rotation: Rotation<T>,
     pub(super) spindle: &'a Spindle<T>,
-    pub(super) background: &'a Background<T>,
+    pub(super) sources: &'a Verdict<T>,
     pub(super) places: &'a Places<T>,
     pub(super) config: &'a AlarmConfig<T>,
     /// Idle has been heard, so that its tones mean something.
@@ -83,8 +72,6 @@ pub(super) struct Surroundings<'a, T> {
     /// The band is louder than it was, and that not because a cut has just begun, when
     /// forced lines come up as well.
     pub(super) louder: bool,
-    /// Mean square of the band.
-    pub(super) power: T,
     /// Time since the last decision, s.
     pub(super) period_s: T,
 }
@@ -94,8 +81,6 @@ impl<T: Real> Slot<T> {
     #[inline(always)]
     pub(super) fn listen(&mut self, y: T, own: T, gains: &Gains<T>) {
         self.at.process(y, gains.lockin);
-        self.half.process(y, gains.lockin);
-        self.third.process(y, gains.lockin);
         self.test.process(own, gains.variance);
     }
 
@@ -115,10 +100,9 @@ impl<T: Real> Slot<T> {
         self.track.reset();
         self.test.reset();
         self.steadiness.reset();
-        self.overtone = false;
     }
 
-    /// The mode as it is now, and the power at it. Steers the lock-ins and the test.
+    /// The mode as it is now, and the power at it. Steers the lock-in and the test.
     pub(super) fn read(
         &mut self,
         modal: &Modal<T>,
@@ -129,13 +113,10 @@ impl<T: Real> Slot<T> {
         if self.track.follow(frequency) {
             self.test.reset();
             self.steadiness.reset();
-            self.overtone = false;
         }
         self.follow_line(frequency, around.period_s);
         let angle = T::from_f64(2.0) * T::PI * frequency / around.fs;
         self.at.steer(angle);
-        self.half.steer(angle * T::from_f64(0.5));
-        self.third.steer(angle * T::from_f64(1.0 / 3.0));
         let here = self.at.power();
         self.steadiness.note(here, around.period_s);
         let steady = self.steadiness.is_steady();
@@ -154,7 +135,6 @@ impl<T: Real> Slot<T> {
         let is_news = steady || places.is_news(frequency, here, around.idle_known, around.config);
         let most = around.config.threshold * T::from_f64(if is_news { 1.0 } else { NO_NEWS });
         self.test.steer(angle, most, usual);
-        self.overtone = self.is_overtone(frequency, sd.frequency, around);
         // What was on a multiple leaves it half as many standard deviations later: many
         // times a second a line would leave it by chance.
         let spread = if self.track.was_on_rotation() {
@@ -237,36 +217,22 @@ impl<T: Real> Slot<T> {
                 Origin::Rotation
             };
         }
-        if self.overtone {
+        let rotation = &around.rotation;
+        // Where the speed explains the line below, the speed itself decides.
+        let is_forced = |below_hz| rotation.harmonic(below_hz, sd).is_some();
+        if around.sources.is_overtone(frequency, is_forced) {
             return Origin::Overtone;
         }
-        let amplitude = self.at.amplitude();
-        if around.idle_known && around.background.explains(frequency, sd, amplitude) {
+        if around.idle_known && around.sources.is_background(frequency) {
             return Origin::Background;
         }
         let spindle = around.spindle;
-        if around.rotation.spindle_hz.is_none()
+        if rotation.spindle_hz.is_none()
             || spindle.is_doubtful(frequency, sd)
             || spindle.is_unproven(frequency, around.idle_known)
         {
             return Origin::Unknown;
         }
         Origin::Free
-    }
-
-    /// A line below explains the mode only where the known speed does not explain that
-    /// line: otherwise the speed itself decides.
-    fn is_overtone(&self, frequency: T, sd: T, around: &Surroundings<'_, T>) -> bool {
-        let (sets, keeps) = OVERTONE_RATIO;
-        let ratio = T::from_f64(if self.overtone { keeps } else { sets });
-        let least = (self.at.power() * ratio).max(around.power * T::from_f64(LINE_SHARE));
-        let explains = |part: f64, power: T| {
-            power > least
-                && around
-                    .rotation
-                    .harmonic(frequency * T::from_f64(part), sd)
-                    .is_none()
-        };
-        explains(0.5, self.half.power()) || explains(1.0 / 3.0, self.third.power())
     }
 }

@@ -12,7 +12,7 @@ use super::slot::{Gains, Slot};
 use super::spindle::Spindle;
 use super::{DECISION_PERIOD_S, MAX_MODES, Monitor, MonitorConfig, MonitorError, verdict};
 use crate::condition::{BandFilter, Health};
-use crate::decide::{Alarm, AlarmConfig, Background, IdleFinder, Onset, Places};
+use crate::decide::{Alarm, AlarmConfig, IdleFinder, Onset, Places};
 use crate::real::Real;
 use crate::verdict::Verdict;
 
@@ -29,7 +29,6 @@ impl<T: Real> Monitor<T> {
             identifier: Identifier::default(),
             slots: [Slot::default(); MAX_MODES],
             idle: IdleFinder::new(1.0),
-            background: Background::default(),
             places: Places::default(),
             onset: Onset::default(),
             was_locked: false,
@@ -72,7 +71,6 @@ impl<T: Real> Monitor<T> {
             identifier,
             slots,
             idle,
-            background,
             places,
             onset,
             was_locked,
@@ -111,7 +109,6 @@ impl<T: Real> Monitor<T> {
         identifier.restart(config.order, config.estimator(fs));
         slots.fill(Slot::default());
         *idle = IdleFinder::new(period_s);
-        *background = Background::default();
         *places = Places::default();
         *onset = Onset::default();
         *blindness = Blindness::default();

@@ -87,9 +87,6 @@ impl<T: Real> Monitor<T> {
             self.judge_modes(&mut readings, &mut modes);
             self.spindle.hear_modes(&modes, self.period_s);
             self.watch_lines(cutting);
-            if !cutting {
-                self.learn_background(&modes);
-            }
         }
         let bad = !self.trusts_samples();
         let mut event = AlarmEvent::None;
@@ -223,17 +220,6 @@ impl<T: Real> Monitor<T> {
             .note(self.spindle.removed(), self.power, changing, self.period_s);
     }
 
-    /// What rings at idle is not the cut.
-    fn learn_background(&mut self, modes: &[Option<Mode<T>>; MAX_MODES]) {
-        let config = self.alarm.config();
-        let lines = modes
-            .iter()
-            .flatten()
-            .filter(|mode| config.may_be_line((mode.damping, mode.damping_sd)))
-            .map(|mode| (mode.frequency, mode.frequency_sd, mode.amplitude));
-        self.background.learn(lines, self.period_s);
-    }
-
     /// Where a pole pair and a real one change places, the modes' memories go with them:
     /// a mode is the one that was at its frequency at the last decision.
     fn find_again(&mut self) {
@@ -278,12 +264,11 @@ impl<T: Real> Monitor<T> {
                 band: self.band,
                 rotation: self.spindle.rotation(),
                 spindle: &self.spindle,
-                background: &self.background,
+                sources: &self.sources,
                 places: &self.places,
                 config: self.alarm.config(),
                 idle_known: self.idle.idle_level().is_some(),
                 louder: self.onset.is_louder(self.rest_power) && !self.spindle.is_entering(),
-                power: self.rest_power,
                 period_s: self.period_s,
             };
             slot.read(&modal, &sd, &around)
