@@ -136,6 +136,9 @@ fn what_was_heard_before_the_cut_does_not_stand_against_a_told_speed() {
         println!("denied before the cut: {was_denied}, called at {called_s:?} s");
         assert!(was_denied, "the pump was not heard: nothing was tried");
         let called_s = called_s.expect("the chatter is called");
-        assert!((CHATTER_S..CHATTER_S + 1.0).contains(&called_s), "{called_s}");
+        assert!(
+            (CHATTER_S..CHATTER_S + 1.0).contains(&called_s),
+            "{called_s}"
+        );
     }
 }

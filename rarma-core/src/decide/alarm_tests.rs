@@ -28,8 +28,6 @@ impl Bench {
             share_of_all: share,
             origin: Origin::Free,
             harmonic: None,
-            harmonic_is_sure: true,
-            surely_free: false,
             in_band: true,
             grew: false,
             threshold: 0.01,

@@ -76,10 +76,6 @@ pub struct Reading<T> {
     pub origin: Origin,
     /// Multiple of the spindle frequency.
     pub harmonic: Option<u32>,
-    /// It is one without any doubt about a speed that is heard, not merely told.
-    pub harmonic_is_sure: bool,
-    /// It is none whatever is believed of the speed.
-    pub surely_free: bool,
     /// Inside the band that is analysed.
     pub in_band: bool,
     /// It has grown out of damping, or risen by itself: where its origin is unknown, it
@@ -97,12 +93,8 @@ pub struct Reading<T> {
 pub struct ModeTrack<T> {
     frequency: T,
     smooth_damping: Option<(T, T)>,
-    smooth_frequency: Option<(T, T)>,
     undamped_s: T,
-    excused: (Origin, T),
-    rotation_s: T,
     on_rotation: bool,
-    free_s: T,
     damped_s: T,
     since_damped_s: T,
 }
@@ -112,12 +104,8 @@ impl<T: Real> Default for ModeTrack<T> {
         Self {
             frequency: T::ZERO,
             smooth_damping: None,
-            smooth_frequency: None,
             undamped_s: T::ZERO,
-            excused: (Origin::Free, T::ZERO),
-            rotation_s: T::ZERO,
             on_rotation: false,
-            free_s: T::ZERO,
             damped_s: T::ZERO,
             since_damped_s: T::ZERO,
         }
@@ -126,22 +114,9 @@ impl<T: Real> Default for ModeTrack<T> {
 
 /// Each of two smoothings of ζ, whose difference is its gradient, s.
 const GRADIENT_TAU_S: f64 = 0.1;
-/// Each of two smoothings of the frequency, s, and the change per second, as a part of
-/// it, above which a line is no chatter: that is bound to the structure. Seen at the
-/// onset of chatter: 9 % per second.
-const MOVING: (f64, f64) = (0.03, 0.2);
 /// sd of the gradient over that of a reading, 1/s: √(τ_r/2τ)/τ for readings that are
 /// correlated over τ_r = 0.1 s, the estimator's usual memory.
 const GRADIENT_NOISE: f64 = 7.07;
-/// A line that has sat on a multiple of the rotation for [`ROTATION_PROVEN_S`] stays
-/// explained for this long when it leaves it, s: the speed dips by a percent when a
-/// cutter enters and jumps when it leaves, and is not known anew at once.
-const ROTATION_HOLD_S: f64 = 0.5;
-const ROTATION_PROVEN_S: f64 = 0.2;
-/// A loud line that has been off all multiples for this long, s, whatever the doubt about
-/// the speed, is not forced: it stays free when it glides to where only the doubt reaches.
-/// The chatter of a face mill glides through four multiples in its first second.
-const FREE_PROVEN_S: f64 = 0.15;
 /// A mode is damped for certain where ζ less two deviations lies above this many thresholds; what
 /// was so for [`DAMPED_S`] loses its damping if it is undamped within [`LOST_S`], s.
 const SURELY_DAMPED: f64 = 2.0;
@@ -171,11 +146,6 @@ impl<T: Real> ModeTrack<T> {
         self.on_rotation
     }
 
-    /// It was seen off all multiples for long enough, whatever the doubt about the speed.
-    pub fn is_proven_free(&self) -> bool {
-        self.free_s >= T::from_f64(FREE_PROVEN_S)
-    }
-
     /// Takes one reading. `config` says what is undamped and loud; `period_s` is the
     /// time since the last decision.
     pub fn update(
@@ -193,12 +163,12 @@ impl<T: Real> ModeTrack<T> {
         let (damping, damping_sd) = reading.damping;
         self.remember_damping(damping, period_s);
         let (gradient, time_left_s) = self.outlook(damping_sd);
-        let origin = self.excuse(reading, loud, config, period_s);
+        let origin = reading.origin;
+        self.on_rotation = origin == Origin::Rotation;
 
         // Suspicion grows as fast as the reading is sure, and goes as fast as it came:
         // one bad reading does not clear it.
-        let moving = self.is_moving(reading.frequency.0, period_s);
-        let credible = loud && reading.in_band && !moving;
+        let credible = loud && reading.in_band;
         let evidence = if credible {
             own.evidence(reading.damping)
         } else {
@@ -270,17 +240,6 @@ impl<T: Real> ModeTrack<T> {
         self.damped_s >= T::from_f64(DAMPED_S)
     }
 
-    /// The line moves too fast for one that is bound to the structure.
-    fn is_moving(&mut self, frequency: T, period_s: T) -> bool {
-        let (tau_s, most) = MOVING;
-        let gain = (period_s / T::from_f64(tau_s)).min(T::ONE);
-        let (first, second) = self.smooth_frequency.unwrap_or((frequency, frequency));
-        let first = first + gain * (frequency - first);
-        let second = second + gain * (first - second);
-        self.smooth_frequency = Some((first, second));
-        (first - second).abs() > frequency * T::from_f64(tau_s * most)
-    }
-
     /// Smooths the readings twice, for their gradient.
     fn remember_damping(&mut self, damping: T, period_s: T) {
         let gain = (period_s / T::from_f64(GRADIENT_TAU_S)).min(T::ONE);
@@ -304,54 +263,6 @@ impl<T: Real> ModeTrack<T> {
         let now = first + gradient * T::from_f64(GRADIENT_TAU_S);
         let left = certain.then(|| (now / -gradient).max(T::ZERO));
         (gradient, left)
-    }
-
-    /// What explains the mode now, or did until a moment ago.
-    fn excuse(
-        &mut self,
-        reading: &Reading<T>,
-        loud: bool,
-        config: &AlarmConfig<T>,
-        period_s: T,
-    ) -> Origin {
-        let (held, left_s) = self.excused;
-        self.on_rotation = reading.origin == Origin::Rotation;
-        let line = loud && config.may_be_line(reading.damping);
-        self.free_s = if reading.harmonic_is_sure {
-            T::ZERO
-        } else if reading.surely_free && line {
-            (self.free_s + period_s).min(T::ONE)
-        } else if line {
-            self.free_s
-        } else {
-            (self.free_s - period_s).max(T::ZERO)
-        };
-        let hold_s = match reading.origin {
-            Origin::Rotation => {
-                if reading.harmonic_is_sure {
-                    self.rotation_s = (self.rotation_s + period_s).min(T::ONE);
-                }
-                if reading.harmonic_is_sure && self.rotation_s >= T::from_f64(ROTATION_PROVEN_S) {
-                    T::from_f64(ROTATION_HOLD_S)
-                } else {
-                    T::ZERO
-                }
-            }
-            _ => {
-                self.rotation_s = (self.rotation_s - period_s).max(T::ZERO);
-                T::ZERO
-            }
-        };
-        if reading.origin.explains() {
-            self.excused = (reading.origin, hold_s.max(left_s - period_s));
-            return reading.origin;
-        }
-        self.excused.1 = left_s - period_s;
-        if self.excused.1 > T::ZERO {
-            held
-        } else {
-            reading.origin
-        }
     }
 
     /// What made it suspect counts no longer.

@@ -142,15 +142,12 @@ impl<T: Real> Slot<T> {
         } else {
             sd.frequency
         };
-        let sure = around.rotation.without_doubt();
         // A pole that stands for a line and a mode beside it lies between them.
         let undamped = modal.damping < around.config.threshold && !around.spindle.is_locked();
         let line = self.line_hz().filter(|_| undamped);
+        let sure = around.rotation.without_doubt();
         let of_line = line.and_then(|line| sure.harmonic(line, T::ZERO));
         let harmonic = around.rotation.harmonic(frequency, spread).or(of_line);
-        let certain = sure.harmonic(frequency, sd.frequency).or(of_line).is_some();
-        // What was proven not to be forced stays so where only the doubt reaches.
-        let harmonic = harmonic.filter(|_| certain || !self.track.is_proven_free());
         let origin = self.origin(frequency, sd.frequency, harmonic, around);
         if origin.explains() {
             // A line that leaves its multiple when the speed jumps is no news.
@@ -164,8 +161,6 @@ impl<T: Real> Slot<T> {
             share_of_all: T::ZERO,
             origin,
             harmonic,
-            harmonic_is_sure: around.spindle.is_heard() && certain,
-            surely_free: origin == Origin::Free && around.spindle.vouches(),
             in_band: frequency >= around.band.0 && frequency <= around.band.1,
             grew: (around.louder && around.places.has_grown(frequency, here))
                 || around

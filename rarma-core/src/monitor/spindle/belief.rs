@@ -99,18 +99,6 @@ impl<T: Real> Spindle<T> {
         doubt.max(drift)
     }
 
-    /// A line off all multiples is not forced: the speed is heard, or is in doubt, which
-    /// is counted.
-    pub(in crate::monitor) fn vouches(&self) -> bool {
-        self.is_heard() || self.rotation().doubt > T::ZERO
-    }
-
-    /// The speed is heard, not merely told.
-    pub(in crate::monitor) fn is_heard(&self) -> bool {
-        self.speed()
-            .is_some_and(|(_, _, source)| source != SpeedSource::Told)
-    }
-
     /// The speed is merely told, and `f` would be a line of it if it were off: within its
     /// first moments any line may be, unless idle was heard without it; later one beside a
     /// multiple of the teeth.
