@@ -154,11 +154,7 @@ impl Host {
     /// Brings CERS to its bias: contacts closed, these settings, start, a command, arm, and heartbeats
     /// up to a moment, s.
     #[must_use]
-    pub fn armed(
-        seconds: f64,
-        settings: &[(u16, SettingValue)],
-        command: Option<Word>,
-    ) -> Self {
+    pub fn armed(seconds: f64, settings: &[(u16, SettingValue)], command: Option<Word>) -> Self {
         let steps = vec![json!([0.0, "PA6", 1]), json!([0.0, "PC8", 1])];
         let mut host = Self { steps, sequence: 0 };
         host.say(0.015, Word::Take { turn: NOBODYS });

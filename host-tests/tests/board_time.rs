@@ -28,9 +28,10 @@ fn what_the_core_takes_for_its_samples() {
     if made_by_another_compiler("board_time") {
         return;
     }
-    let mut table = "| order | speed | instructions a sample | cycles of one, no waiting | as set up | \
+    let mut table =
+        "| order | speed | instructions a sample | cycles of one, no waiting | as set up | \
         without prefetch | longest pass |\n|---|---|---:|---:|---:|---:|---:|\n"
-        .to_owned();
+            .to_owned();
     for (order, told, most) in [
         ((4, 3), false, ALL),
         ((4, 3), true, ALL),
@@ -83,12 +84,7 @@ fn load(order: (usize, usize), told: bool) -> Option<Load> {
     let of = |prefetch, form| through(&seen.program, &seen.trace, setup(prefetch, form));
     let both = [Form::Least, Form::Most].map(|form| of(true, form));
     let instructions = seen.trace.instructions() as f64;
-    let longest = longest(
-        &seen.program,
-        &seen.trace,
-        setup(true, Form::Most),
-        LOOP,
-    );
+    let longest = longest(&seen.program, &seen.trace, setup(true, Form::Most), LOOP);
     Some(Load {
         instructions: instructions / samples,
         own: both.map(|t| (t.cycles - t.waited - t.waited_for_data) as f64 / instructions),

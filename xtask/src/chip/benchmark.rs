@@ -163,7 +163,9 @@ fn source(workspace: &Workspace, benchmark: &Benchmark) -> Result<PathBuf> {
         process::run(&mut git(arguments)).map_err(|why| {
             Failure::new(format!("cannot fetch {} from {from}", benchmark.name))
                 .because(why)
-                .advise(format!("clone it elsewhere and set {variable} to that folder"))
+                .advise(format!(
+                    "clone it elsewhere and set {variable} to that folder"
+                ))
         })?;
     }
     Ok(folder)
@@ -237,9 +239,12 @@ fn measure(
 }
 
 fn table(rows: &[Row]) -> Result<String> {
-    let mut text = "| at 170 MHz | most cycles | least | published |\n|---|---:|---:|---:|\n".to_owned();
+    let mut text =
+        "| at 170 MHz | most cycles | least | published |\n|---|---:|---:|---:|\n".to_owned();
     for row in rows {
-        let published = row.published.map_or("-".to_owned(), |figure| figure.to_string());
+        let published = row
+            .published
+            .map_or("-".to_owned(), |figure| figure.to_string());
         let [most, least] = row.figures;
         text += &format!("| {} | {most:.0} | {least:.0} | {published} |\n", row.name);
     }
@@ -248,7 +253,9 @@ fn table(rows: &[Row]) -> Result<String> {
     Ok(format!(
         "{text}\nMade with {GCC} {}: {} and {}.\n",
         version.trim(),
-        ALL.each_ref().map(|b| format!("`{}` for {}", flags(b), b.name)).join(", "),
+        ALL.each_ref()
+            .map(|b| format!("`{}` for {}", flags(b), b.name))
+            .join(", "),
         "`-mcpu=cortex-m4 -mthumb` for both"
     ))
 }
@@ -257,28 +264,43 @@ fn table(rows: &[Row]) -> Result<String> {
 fn check(text: &str, path: &Path) -> Result<()> {
     let page = page::read(path)?;
     let (_, committed, _) = PART.split(&page).map_err(Failure::new)?;
-    let made = |text: &str| text.lines().find(|l| l.starts_with("Made with")).map(str::to_owned);
+    let made = |text: &str| {
+        text.lines()
+            .find(|l| l.starts_with("Made with"))
+            .map(str::to_owned)
+    };
     if made(text) != made(committed) {
-        eprintln!("chip: the benchmarks in {} are another compiler's", path.display());
+        eprintln!(
+            "chip: the benchmarks in {} are another compiler's",
+            path.display()
+        );
         return Ok(());
     }
     let numbers = |text: &str| -> Vec<Vec<f64>> {
         let rows = text.lines().filter(|line| line.starts_with('|'));
-        rows.map(|row| row.split('|').filter_map(|cell| cell.trim().parse().ok()).collect())
-            .collect()
+        rows.map(|row| {
+            row.split('|')
+                .filter_map(|cell| cell.trim().parse().ok())
+                .collect()
+        })
+        .collect()
     };
     let (is, was) = (numbers(text), numbers(committed));
     let near = |a: &f64, b: &f64| (a - b).abs() <= TOLERANCE * b.abs();
     let same = is.len() == was.len()
-        && is.iter().zip(&was).all(|(is, was)| {
-            is.len() == was.len() && is.iter().zip(was).all(|(a, b)| near(a, b))
-        });
+        && is
+            .iter()
+            .zip(&was)
+            .all(|(is, was)| is.len() == was.len() && is.iter().zip(was).all(|(a, b)| near(a, b)));
     if same {
         return Ok(());
     }
     Err(
         Failure::new(format!("benchmarks differ from {}", path.display()))
             .because(format!("\n{committed}"))
-            .advise(format!("if it is meant: cargo xtask chip benchmarks --markdown {}", path.display())),
+            .advise(format!(
+                "if it is meant: cargo xtask chip benchmarks --markdown {}",
+                path.display()
+            )),
     )
 }

@@ -272,37 +272,37 @@ mod tests {
             written: None,
         };
         for (first, second, expected) in [
-            (0x4801, 0, load(15, 0)),                     // ldr r0, [pc, #4]
-            (0x6848, 0, load(1, 0)),                      // ldr r0, [r1, #4]
-            (0x5C8A, 0, load(1, 2)),                      // ldrb r2, [r1, r2]
-            (0x9103, 0, store(1, 13)),                    // str r1, [sp, #12]
-            (0xF8D4, 0x0200, load(4, 0)),                 // ldr.w r0, [r4, #512]
-            (0xF99D, 0x3005, load(13, 3)),                // ldrsb.w r3, [sp, #5]
-            (0xF840, 0x1F04, store(1, 0)),                // str.w r1, [r0, #4]!
-            (0xE9CD, 0x0102, store(2, 13)),               // strd r0, r1, [sp, #8]
-            (0xE8D1, 0xF002, Kind::Table),                // tbb [r1, r2]
-            (0xF85D, 0xFB04, Kind::LoadPc),               // ldr.w pc, [sp], #4
-            (0xD1FE, 0, Kind::Jump),                      // bne.n
-            (0xE7FE, 0, Kind::Jump),                      // b.n
-            (0xB118, 0, Kind::Jump),                      // cbz r0
-            (0xF7FF, 0xFFED, Kind::Jump),                 // bl
-            (0xF000, 0x8012, Kind::Jump),                 // beq.w
-            (0x4770, 0, Kind::JumpRegister),              // bx lr
-            (0x4687, 0, Kind::JumpRegister),              // mov pc, r0
-            (0xBF08, 0, Kind::If),                        // it eq
-            (0xBF00, 0, Kind::Plain),                     // nop
-            (0xB672, 0, Kind::Mask),                      // cpsid i
-            (0xB662, 0, Kind::Unmask),                    // cpsie i
-            (0xF380, 0x8810, Kind::Unmask),               // msr primask, r0
-            (0xF3EF, 0x8010, Kind::Special),              // mrs r0, primask
-            (0xF3BF, 0x8F4F, Kind::Special),              // dsb
-            (0xFBB0, 0xF0F1, Kind::Divide),               // udiv r0, r0, r1
-            (0xFB00, 0x1202, Kind::MultiplyAdd),          // mla r2, r0, r2, r1
-            (0xFB00, 0xF101, Kind::Plain),                // mul.w r1, r0, r1
-            (0xFBA0, 0x0101, Kind::Plain),                // umull r0, r1, r0, r1
-            (0x4348, 0, Kind::Plain),                     // muls r0, r1
-            (0xF04F, 0x0600, Kind::Plain),                // mov.w r6, #0
-            (0xEBAC, 0x0E03, Kind::Plain),                // sub.w lr, ip, r3
+            (0x4801, 0, load(15, 0)),            // ldr r0, [pc, #4]
+            (0x6848, 0, load(1, 0)),             // ldr r0, [r1, #4]
+            (0x5C8A, 0, load(1, 2)),             // ldrb r2, [r1, r2]
+            (0x9103, 0, store(1, 13)),           // str r1, [sp, #12]
+            (0xF8D4, 0x0200, load(4, 0)),        // ldr.w r0, [r4, #512]
+            (0xF99D, 0x3005, load(13, 3)),       // ldrsb.w r3, [sp, #5]
+            (0xF840, 0x1F04, store(1, 0)),       // str.w r1, [r0, #4]!
+            (0xE9CD, 0x0102, store(2, 13)),      // strd r0, r1, [sp, #8]
+            (0xE8D1, 0xF002, Kind::Table),       // tbb [r1, r2]
+            (0xF85D, 0xFB04, Kind::LoadPc),      // ldr.w pc, [sp], #4
+            (0xD1FE, 0, Kind::Jump),             // bne.n
+            (0xE7FE, 0, Kind::Jump),             // b.n
+            (0xB118, 0, Kind::Jump),             // cbz r0
+            (0xF7FF, 0xFFED, Kind::Jump),        // bl
+            (0xF000, 0x8012, Kind::Jump),        // beq.w
+            (0x4770, 0, Kind::JumpRegister),     // bx lr
+            (0x4687, 0, Kind::JumpRegister),     // mov pc, r0
+            (0xBF08, 0, Kind::If),               // it eq
+            (0xBF00, 0, Kind::Plain),            // nop
+            (0xB672, 0, Kind::Mask),             // cpsid i
+            (0xB662, 0, Kind::Unmask),           // cpsie i
+            (0xF380, 0x8810, Kind::Unmask),      // msr primask, r0
+            (0xF3EF, 0x8010, Kind::Special),     // mrs r0, primask
+            (0xF3BF, 0x8F4F, Kind::Special),     // dsb
+            (0xFBB0, 0xF0F1, Kind::Divide),      // udiv r0, r0, r1
+            (0xFB00, 0x1202, Kind::MultiplyAdd), // mla r2, r0, r2, r1
+            (0xFB00, 0xF101, Kind::Plain),       // mul.w r1, r0, r1
+            (0xFBA0, 0x0101, Kind::Plain),       // umull r0, r1, r0, r1
+            (0x4348, 0, Kind::Plain),            // muls r0, r1
+            (0xF04F, 0x0600, Kind::Plain),       // mov.w r6, #0
+            (0xEBAC, 0x0E03, Kind::Plain),       // sub.w lr, ip, r3
         ] {
             assert_eq!(kind(first, second), expected, "{first:#x} {second:#x}");
         }
@@ -347,7 +347,10 @@ mod tests {
         assert_eq!(sum.reads, [Some(1), Some(2)]);
         // vadd.f32 s3, s3, s0
         let sum = float(0xEE71, 0x1A80);
-        assert_eq!((sum.operation, sum.result), (Operation::Arithmetic, Some(3)));
+        assert_eq!(
+            (sum.operation, sum.result),
+            (Operation::Arithmetic, Some(3))
+        );
         assert_eq!(sum.reads, [Some(3), Some(0)]);
         // vdiv.f32 s0, s1, s2 and vsqrt.f32 s0, s1
         assert_eq!(float(0xEE80, 0x0A81).operation, Operation::Long);

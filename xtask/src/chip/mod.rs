@@ -11,6 +11,7 @@ pub mod instruction;
 pub mod model;
 pub mod program;
 pub mod schedule;
+pub mod stack;
 pub mod timing;
 pub mod trace;
 
@@ -24,6 +25,7 @@ use crate::{Failure, Result, Workspace, page, process};
 use figures::Figures;
 use model::{Model, Run};
 use program::Program;
+use stack::Stack;
 use trace::Trace;
 
 /// The board whose image this is about.
@@ -37,6 +39,9 @@ pub const TRACE: &str = "trace.bin";
 
 /// Functions that are the roots of the duties that may not stop, by a part of their names.
 const DUTIES: [&str; 2] = ["Listening4pass", "current_duty"];
+
+/// Handlers of interrupts; all have one priority, so that none breaks into another.
+const HANDLERS: [&str; 6] = ["TIM2", "ADC3", "PVD_PVM", "COMP1_2_3", "COMP4_5_6", "COMP7"];
 
 /// Seconds of the run, and from when on instructions are counted: by then the model of the
 /// sound has settled.
@@ -65,6 +70,8 @@ pub fn build(workspace: &Workspace, toolchain: &ArmToolchain) -> Result<PathBuf>
 pub fn measure(workspace: &Workspace, toolchain: &ArmToolchain, elf: &Path) -> Result<Figures> {
     let image = ArmImage::read(elf)?;
     let program = Program::read_file(elf)?;
+    let words = Program::words(&std::fs::read(elf).unwrap_or_default());
+    let static_stack = Stack::new(&image, words).program(&HANDLERS)?;
     let folder = workspace.target_dir().join("g474");
     std::fs::create_dir_all(&folder)
         .map_err(|why| Failure::new(format!("cannot make {}", folder.display())).because(why))?;
@@ -102,7 +109,7 @@ pub fn measure(workspace: &Workspace, toolchain: &ArmToolchain, elf: &Path) -> R
     Figures::new(
         toolchain.compiler_version()?,
         &image,
-        number("stack_bytes")?,
+        [number("stack_bytes")?, static_stack],
         trace.instructions() as f64 / number("counted_samples")?.max(1) as f64,
         &unwanted,
     )

@@ -61,8 +61,7 @@ impl Program {
             }
             if FLASH.contains(&at) || COUPLED.contains(&at) {
                 let pairs = bytes.chunks_exact(2);
-                let halfwords: Vec<u16> =
-                    pairs.map(|p| u16::from_le_bytes([p[0], p[1]])).collect();
+                let halfwords: Vec<u16> = pairs.map(|p| u16::from_le_bytes([p[0], p[1]])).collect();
                 program.0.extend(Self::of_halfwords(at, &halfwords).0);
             }
         }
@@ -90,6 +89,17 @@ impl Program {
             .map(|(&first, &second)| Instruction::decode(first, second))
             .collect();
         Self(vec![Part { from, instructions }])
+    }
+
+    /// Every word of an image's parts, wherever it begins on a halfword.
+    pub fn words(elf: &[u8]) -> Vec<u32> {
+        let Ok(file) = object::File::parse(elf) else {
+            return Vec::new();
+        };
+        let parts = file.segments().filter_map(|part| part.data().ok());
+        let each = parts.flat_map(|bytes| bytes.windows(4).step_by(2));
+        each.map(|w| u32::from_le_bytes([w[0], w[1], w[2], w[3]]))
+            .collect()
     }
 
     fn find(&self, at: u32) -> Option<Instruction> {
@@ -120,7 +130,14 @@ mod tests {
     /// A file of 32-bit little-endian ELF with one segment.
     fn elf(machine: u16, address: u32, words: &[u32]) -> Vec<u8> {
         let length = 4 * words.len() as u32;
-        let head: [u32; 6] = [0x464C_457F, 0x0001_0101, 0, 0, u32::from(machine) << 16 | 2, 1];
+        let head: [u32; 6] = [
+            0x464C_457F,
+            0x0001_0101,
+            0,
+            0,
+            u32::from(machine) << 16 | 2,
+            1,
+        ];
         let rest: [u32; 7] = [0, 52, 0, 0x0500_0000, 0x0020_0034, 0x0000_0001, 0];
         let segment: [u32; 8] = [1, 84, address, address, length, length, 5, 4];
         let all = head.iter().chain(&rest).chain(&segment).chain(words);

@@ -82,7 +82,7 @@ pub struct Preempted {
     pub late: u64,
     /// From cause to store with cold caches and nothing in its way, the longest.
     pub cold: u64,
-    /// Part of the time that the core was busy, and that it was in this handler.
+    /// What all of it takes of the core, and this handler: 1 is all that there is.
     pub busy: f64,
     /// See [`Self::busy`].
     pub handler: f64,
@@ -184,7 +184,9 @@ pub fn preempted(
         }
         machine.step(step);
     }
-    let span = (machine.now() - start) as f64;
+    // The time that the periods had, not that which everything took.
+    let last = jobs.last()?.came;
+    let span = (last - start) as f64 * jobs.len() as f64 / (jobs.len() as f64 - 1.0);
     seen.busy = machine.taken().cycles as f64 / span;
     seen.handler = in_handler as f64 / span;
     seen.mean = sum as f64 / stores as f64;
@@ -281,6 +283,7 @@ mod tests {
         let seen = preempted(&program(), &trace(&parts), SETUP, LOOP, DUTY).unwrap();
         assert_eq!((seen.periods, seen.late), (2, 1));
         assert_eq!(seen.worst, 25 - 5 + 14);
-        assert!(seen.busy > 0.99 && seen.handler > 0.9);
+        // Two of 25 cycles where there were 5 a period.
+        assert_eq!((seen.busy, seen.handler), (51.0 / 10.0, 50.0 / 10.0));
     }
 }

@@ -223,7 +223,9 @@ impl<'a> Machine<'a> {
         let behind = match before {
             // Unless its address is only being loaded.
             Some(Kind::Memory {
-                load: true, written, ..
+                load: true,
+                written,
+                ..
             }) => base.is_none() || written != base,
             Some(Kind::Float(float)) => {
                 matches!(float.operation, Operation::Memory { load: true, .. })

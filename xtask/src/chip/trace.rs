@@ -229,7 +229,10 @@ mod tests {
         let whole = file(&[BLOCK, BLOCK]);
         let why = |bytes: &[u8]| Trace::parse(bytes, &program()).unwrap_err();
         for cut in [3, 8, 12] {
-            assert!(why(&whole[..whole.len() - cut]).contains("ends early"), "{cut}");
+            assert!(
+                why(&whole[..whole.len() - cut]).contains("ends early"),
+                "{cut}"
+            );
         }
         assert!(why(&[]).contains("empty"));
         assert!(why(&whole[8..]).contains("another version"));
