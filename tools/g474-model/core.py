@@ -66,6 +66,11 @@ def load_segments(path):
     )
     for k in range(count):
         kind, start, _, address, length = struct.unpack_from("<5I", elf, offset + k * size)
+        if kind == 1 and length and not FLASH <= address <= FLASH + FLASH_BYTES - length:
+            raise SystemExit(
+                f"{path}: an image for another chip: it lies at {address:#x}, the flash of an"
+                f" STM32G474 at {FLASH:#x}; give one that `cargo fw build nucleo-g474re` makes"
+            )
         if kind == 1 and length:
             yield address, elf[start : start + length]
 

@@ -13,6 +13,8 @@ pub mod program;
 pub mod schedule;
 pub mod stack;
 pub mod timing;
+#[cfg(test)]
+mod timing_tests;
 pub mod trace;
 
 use std::path::{Path, PathBuf};

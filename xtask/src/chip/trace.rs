@@ -72,7 +72,7 @@ impl Trace {
         if *begin != BEGIN {
             return Err("no trace of the model of the chip, or one of another version".to_owned());
         }
-        if *end != [records.len() as u32, 8 << 24] || bytes.len() % 8 != 0 {
+        if *end != [records.len() as u32, 8 << 24] || !bytes.len().is_multiple_of(8) {
             return Err(format!(
                 "the trace ends early, after {} records: the model was stopped, or its disk was full",
                 records.len() + 1
