@@ -2,12 +2,18 @@
 //! host says in it, and what came back.
 
 use crate::resources::board_image_or_skip;
+use rarma_core::guard::Mode;
+use rarma_core::settings::SettingValue;
 use rarma_core::wire::{
     Command as Word, Deframer, Head, MAX_FRAME, Order, Telemetry, encode_order,
 };
 use serde_json::{Value, json};
 use std::path::Path;
 use std::process::Command;
+use xtask::chip::TRACE;
+use xtask::chip::figures::Figures;
+use xtask::chip::program::Program;
+use xtask::chip::trace::Trace;
 
 /// The first words of the model's random numbers (tools/g474-model/entropy.py): the session,
 /// the turn of nobody at start, and that of the first host that takes control.
@@ -25,8 +31,10 @@ pub struct Seen {
     pub frames: Vec<(Head, Telemetry)>,
     /// What was seen from outside.
     pub run: Value,
-    /// Address and bytes of every block that was executed while instructions were counted.
-    pub blocks: Vec<(u32, u32)>,
+    /// What was executed from the moment on that `--count-from` names; nothing without it.
+    pub trace: Trace,
+    /// The image's program.
+    pub program: Program,
 }
 
 /// Runs the image: codes of the microphone, what happens at its pins, options of the model.
@@ -66,11 +74,17 @@ pub fn run(
         "{name}: {}",
         String::from_utf8_lossy(&output.stderr)
     );
+    let program = Program::read_file(&image).expect("an image for this chip");
+    let trace = match options.contains(&"--count-from") {
+        true => Trace::read(&folder.path().join(TRACE), &program).expect("a whole trace"),
+        false => Trace::default(),
+    };
     let is_cut = options.contains(&"--resets");
     Some(Seen {
         frames: frames(&folder.path().join("frames.bin"), is_cut),
         run: read_json(&folder.path().join("run.json")),
-        blocks: blocks(&folder.path().join("blocks.bin")),
+        trace,
+        program,
     })
 }
 
@@ -93,12 +107,25 @@ fn frames(path: &Path, is_cut: bool) -> Vec<(Head, Telemetry)> {
     frames
 }
 
-/// None where nothing was counted.
-fn blocks(path: &Path) -> Vec<(u32, u32)> {
-    let bytes = std::fs::read(path).unwrap_or_default();
-    let number = |bytes: &[u8]| u32::from_le_bytes(bytes.try_into().expect("four bytes"));
-    let pairs = bytes.chunks_exact(8);
-    pairs.map(|p| (number(&p[..4]), number(&p[4..]))).collect()
+/// The figures of docs/flash.md belong to a compiler (`cargo xtask chip`): whether the image is
+/// another's, which is said.
+///
+/// # Panics
+/// The page is not there, or names no compiler.
+#[must_use]
+pub fn made_by_another_compiler(test: &str) -> bool {
+    let elf = std::env::var_os("RARMA_BOARD_ELF").and_then(|path| std::fs::read(path).ok());
+    let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/flash.md"));
+    let compiler = Figures::compiler_in(&page.expect("the page is there"));
+    let said = compiler.expect("it names its compiler");
+    let said = said.replace("rustc ", "rustc version ");
+    let other = elf.is_some_and(|elf| !elf.windows(said.len()).any(|at| at == said.as_bytes()));
+    if other {
+        eprintln!(
+            "SKIPPED: {test}: docs/flash.md has the figures of {said}, the image is another's"
+        );
+    }
+    other
 }
 
 /// The host at the link: what it says becomes steps of the model's script.
@@ -123,5 +150,29 @@ impl Host {
         let bytes = bytes.expect("a command fits a frame");
         let hex: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
         self.steps.push(json!([at, "host", hex]));
+    }
+    /// Brings CERS to its bias: contacts closed, these settings, start, a command, arm, and heartbeats
+    /// up to a moment, s.
+    #[must_use]
+    pub fn armed(seconds: f64, settings: &[(u16, SettingValue)], command: Option<Word>) -> Self {
+        let steps = vec![json!([0.0, "PA6", 1]), json!([0.0, "PC8", 1])];
+        let mut host = Self { steps, sequence: 0 };
+        host.say(0.015, Word::Take { turn: NOBODYS });
+        let between = 4e-3 / settings.len().max(1) as f64;
+        for (k, &(setting, value)) in settings.iter().enumerate() {
+            host.say(0.0155 + between * k as f64, Word::Set { setting, value });
+        }
+        host.say(0.02, Word::Start(Mode::Cers));
+        host.say(0.025, Word::Heartbeat);
+        if let Some(command) = command {
+            host.say(0.027, command);
+        }
+        host.say(0.03, Word::Arm);
+        let mut at = 0.125;
+        while at < seconds {
+            host.say(at, Word::Heartbeat);
+            at += 0.1;
+        }
+        host
     }
 }

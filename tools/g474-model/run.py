@@ -22,9 +22,8 @@ loop does not matter; from the moment on from which instructions are counted, ev
 
 FOLDER gets `frames.bin`, what the link said, and `run.json`: what was seen from outside
 (outputs, pins, DACs, resets, erases), the longest time between two feedings of the
-watchdog, the stack used, the interrupts served, and with --count-from
-the instructions executed from that moment on, in `blocks.bin` the address and length of every
-block of them in their order, two little-endian 32-bit numbers each.
+watchdog, the stack used, the interrupts served, and with --count-from,
+from that moment on, in `trace.bin`, what was executed (trace.py).
 """
 
 import argparse
@@ -66,7 +65,7 @@ def main():
     trouble = None
     try:
         if given.count_from is not None and core.run(round(given.count_from * TICK_HZ)):
-            core.count_instructions()
+            core.start_trace()
             bus.power.every = 1
             bus.advance(bus.now)
             seen["counted_samples"] = -bus.analog.taken
@@ -80,7 +79,6 @@ def main():
         trouble = str(why)
     if "counted_samples" in seen:
         seen["counted_samples"] += bus.analog.taken
-        seen["counted_instructions"] = core.instructions
     seen |= {
         "trouble": trouble,
         "longest_unfed_s": bus.longest_unfed / TICK_HZ,
@@ -93,8 +91,8 @@ def main():
     }
     given.folder.mkdir(parents=True, exist_ok=True)
     (given.folder / "frames.bin").write_bytes(bus.serial.said)
-    if given.count_from is not None:
-        (given.folder / "blocks.bin").write_bytes(core.blocks)
+    if core.trace:
+        (given.folder / "trace.bin").write_bytes(core.trace.whole())
     (given.folder / "run.json").write_text(json.dumps(seen, indent=1))
     if trouble:
         print(f"stuck: {trouble}", file=sys.stderr)

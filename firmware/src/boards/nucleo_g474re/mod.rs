@@ -25,6 +25,7 @@ mod injected;
 #[allow(unsafe_code)]
 mod link;
 #[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
+#[allow(unsafe_code)]
 mod memory;
 #[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
 mod random;
