@@ -67,9 +67,13 @@ pub fn run(
         String::from_utf8_lossy(&output.stderr)
     );
     let is_cut = options.contains(&"--resets");
+    let run = read_json(&folder.path().join("run.json"));
+    // Every access to a register is judged by published data, in every test.
+    let findings = run["judged"]["findings"].as_array().expect("a list");
+    assert!(findings.is_empty(), "{name}: {findings:#?}");
     Some(Seen {
         frames: frames(&folder.path().join("frames.bin"), is_cut),
-        run: read_json(&folder.path().join("run.json")),
+        run,
         blocks: blocks(&folder.path().join("blocks.bin")),
     })
 }

@@ -7,7 +7,10 @@ the registers it wrote: a wrong channel, trigger or polarity gives wrong samples
 """
 
 from analog import Analog
+from clocks import WATCHED, ClockTree
 from entropy import Random
+from pins import Pins
+from registers import Judge
 from safety import NMI, FlashMemory, Supply
 from serial import Serial
 from timers import BreakTimer, Clock
@@ -46,7 +49,7 @@ class Dma:
 
     def length(self):
         """Transfers in one round."""
-        return self.bus.stored(self.base + 4)
+        return self.bus.stored(self.base + 4) & 0xFFFF
 
     def circular(self):
         """Starts again at its end."""
@@ -57,11 +60,21 @@ class Dma:
         length = self.length()
         return length - self.done % length if self.circular() and length else length - self.done
 
-    def to_memory(self, data, width):
+    def carries(self, width, peripheral, to_memory):
+        """Whether it moves elements of a width to or from this register, one after the other."""
+        control = self.bus.stored(self.base)
+        sizes = control >> 8 & 3, control >> 10 & 3
+        wanted = (width.bit_length() - 1,) * 2
+        forth = control >> 4 & 1 != to_memory and control >> 6 & 3 == 2
+        return forth and sizes == wanted and self.bus.stored(self.base + 8) == peripheral
+
+    def to_memory(self, data, width, peripheral):
         """Transfers elements from a peripheral."""
+        if not self.carries(width, peripheral, to_memory=True):
+            return
         length, memory = self.length(), self.bus.stored(self.base + 12)
         for at in range(0, len(data), width):
-            if not self.circular() and self.done >= length:
+            if not length or not self.circular() and self.done >= length:
                 return
             place = memory + self.done % length * width
             self.bus.core.uc.mem_write(place, data[at : at + width])
@@ -71,8 +84,12 @@ class Dma:
 class Bus:
     """All registers, by address."""
 
-    def __init__(self, script):
+    TICK_HZ = TICK_HZ
+
+    def __init__(self, script, registers):
         self.now = 0
+        self.judge, self.data = Judge(self, registers), registers
+        self.pins = Pins(self, registers)
         self.longest_unfed = 0
         self.core = None
         self.trace = []
@@ -89,20 +106,21 @@ class Bus:
 
     def _start(self, cause):
         """Registers as a reset leaves them."""
-        self.clock, self.supply = Clock(self), Supply(self)
+        self.clock, self.supply, self.tree = Clock(self), Supply(self), ClockTree(self)
         every = self.power.every
         self.power = BreakTimer(self)
         self.power.every = every
         self.analog.restart()
         self.parts = [self.clock, self.power, self.analog, self.serial, self.flash, self.supply]
         self.parts.append(self.random)
-        # As delivered: two banks of flash, caches on, the brown-out level. Then why there
-        # was a reset.
-        self.register = {FLASH: 0x600, FLASH + 0x20: self.options, RCC + 0x94: 1 << RESET_FLAG[cause]}
+        # What a reset leaves is the register file's, but for the option bytes and why there was
+        # a reset: flags of those before it stay until they are taken back.
+        flags = self.register.get(RCC + 0x94, 0) & 0xFE00_0000 | 1 << RESET_FLAG[cause]
+        self.register = {FLASH + 0x20: self.options, RCC + 0x94: flags}
         self.enabled, self.pended = set(), set()
         self.dma = [Dma(self, k) for k in range(8)]
         self.fed = self.watchdog_ticks = self.reset_by = self.exception = None
-        self.hung = self.halted = False
+        self.hung = self.halted = self.watchdog_open = False
         self.before = {}
 
     def restart(self):
@@ -115,16 +133,21 @@ class Bus:
 
     def stored(self, address):
         """The word kept at an address."""
-        return self.register.get(address, 0)
+        found = self.register.get(address)
+        return self.judge.reset_value(address) if found is None else found
 
     def channel(self, request):
         """The DMA channel that serves a request."""
         return next((dma for dma in self.dma if dma.enabled_for(request)), None)
 
+    def request(self, peripheral, signal):
+        """The number of a peripheral's DMA request."""
+        return self.data["peripherals"][peripheral]["requests"][signal]
+
     def read(self, address, size):
         """A load of the image."""
         word = address & ~3
-        value = self._word(word)
+        value = self._word(word) if self.judge.read(word) else 0
         return value >> 8 * (address & 3) & (1 << 8 * size) - 1
 
     def _word(self, address):
@@ -132,8 +155,9 @@ class Bus:
         for part in self.parts:
             if (found := part.read(address)) is not None:
                 return found
-        if address == RCC:  # every oscillator that is on is ready
-            return value | (value & 0x100) << 2 | (value & 0x0101_0000) << 1
+        if address == RCC:  # every oscillator that is on is ready, and the PLL that has one
+            ready = (value & 0x100) << 2 | (value & 0x1_0000) << 1
+            return value | ready | (self.tree.pll()[1] > 0) << 25
         if address == RCC + 8:  # the clock that is chosen is in use
             return value & ~0xC | (value & 3) << 2
         if address in (RCC + 0x90, RCC + 0x94, RCC + 0x98):
@@ -148,11 +172,27 @@ class Bus:
     def write(self, address, size, value):
         """A store of the image."""
         word, shift = address & ~3, 8 * (address & 3)
-        if size < 4:
-            mask = (1 << 8 * size) - 1 << shift
-            value = self.stored(word) & ~mask | value << shift & mask
-        self._store(word, value)
+        mask = (1 << 8 * size) - 1 << shift
+        value = self.stored(word) & ~mask | value << shift & mask
+        if self.judge.write(word, value, mask):
+            old = self.stored(word)
+            self._store(word, value)
+            for bit, addresses in self.judge.resets.get(word, {}).items():
+                if value & ~old & 1 << bit:
+                    self._put_back(addresses)
+            if word in WATCHED:
+                self.tree.written(word, old)
         self.core.interrupt_check()
+
+    def _put_back(self, addresses):
+        """A reset of the RCC: registers and parts as after the chip's own."""
+        for address in addresses:
+            self.register.pop(address, None)
+        for part in self.parts:
+            part.put_back(addresses)
+        for dma in self.dma:
+            if dma.base in addresses:
+                dma.done = 0
 
     def _store(self, address, value):
         if any(part.write(address, value) for part in self.parts):
@@ -174,6 +214,11 @@ class Bus:
                 self.reset("software")
         elif address == IWDG:
             self._watchdog(value)
+        elif address in (IWDG + 4, IWDG + 8) and not self.watchdog_open:
+            self.judge.find("is locked", "IWDG")
+        elif address == RCC + 0x94:
+            flags = 0 if value >> 23 & 1 else self.stored(address) & 0xFE00_0000
+            self.register[address] = value & 1 | flags
         elif self._is_port(address, value):
             pass
         else:
@@ -181,7 +226,8 @@ class Bus:
                 if value & 1 and not self.stored(address) & 1:
                     channel = self.dma[(address - DMA1 - 8) // 20]
                     channel.done, channel.started = 0, self.now
-            self.register[address] = value
+            register = self.judge.registers.get(address)
+            self.register[address] = register.takes(self.stored(address), value) if register else value
 
     def _is_port(self, address, value):
         for port, base in GPIO.items():
@@ -216,6 +262,7 @@ class Bus:
     # --- watchdog and reset
 
     def _watchdog(self, key):
+        self.watchdog_open = key == 0x5555
         if key == 0xCCCC:
             divider = 4 << (self.stored(IWDG + 4) & 7)
             count = (self.stored(IWDG + 8) & 0xFFF or 0xFFF) + 1

@@ -32,8 +32,9 @@ import json
 import pathlib
 import sys
 
+import registers
 from bus import TICK_HZ, Bus
-from core import Core, Stuck
+from core import Core, NoImage, Stuck
 
 
 def arguments():
@@ -41,6 +42,7 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("image", type=pathlib.Path)
     parser.add_argument("folder", type=pathlib.Path)
+    parser.add_argument("--registers", type=pathlib.Path, default=registers.find())
     parser.add_argument("--seconds", type=float, required=True)
     parser.add_argument("--microphone-1", type=pathlib.Path)
     parser.add_argument("--microphone-2", type=pathlib.Path)
@@ -55,7 +57,7 @@ def main():
     """One run; exit code 1 when the image got stuck."""
     given = arguments()
     steps = json.loads(given.script.read_text()) if given.script else []
-    bus = Bus([[round(s * TICK_HZ), name, value] for s, name, value in steps])
+    bus = Bus([[round(s * TICK_HZ), name, value] for s, name, value in steps], registers.load(given.registers))
     for pin, path in (("PA0", given.microphone_1), ("PA1", given.microphone_2)):
         if path:
             bus.analog.sounds[pin] = path.read_bytes()
@@ -81,6 +83,7 @@ def main():
     if "counted_samples" in seen:
         seen["counted_samples"] += bus.analog.taken
         seen["counted_instructions"] = core.instructions
+    bus.tree.settled()
     seen |= {
         "trouble": trouble,
         "longest_unfed_s": bus.longest_unfed / TICK_HZ,
@@ -90,6 +93,7 @@ def main():
         "reset_by": bus.reset_by,
         "interrupts": core.served,
         "trace": bus.trace,
+        "judged": bus.judge.report(),
     }
     given.folder.mkdir(parents=True, exist_ok=True)
     (given.folder / "frames.bin").write_bytes(bus.serial.said)
@@ -102,4 +106,8 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except (registers.NoRegisters, NoImage) as refused:
+        print(f"run.py: {refused}", file=sys.stderr)
+        sys.exit(2)

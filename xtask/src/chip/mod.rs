@@ -7,6 +7,7 @@
 pub mod accelerator;
 pub mod figures;
 pub mod model;
+mod registers;
 
 use std::path::{Path, PathBuf};
 
