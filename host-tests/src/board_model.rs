@@ -78,6 +78,62 @@ pub fn run(
     })
 }
 
+/// What the model says when it refuses what it is given: the image, then options; an image of no
+/// name is the board's own.
+///
+/// # Panics
+/// It refuses nothing.
+#[must_use]
+pub fn refused(name: &str, arguments: &[String]) -> Option<String> {
+    let (image, model, packages) = board_image_or_skip(name)?;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (given, options) = arguments.split_first().expect("an image");
+    let image = Some(given)
+        .filter(|name| !name.is_empty())
+        .map_or(image, Into::into);
+    let output = Command::new("python3")
+        .env("PYTHONPATH", packages)
+        .arg(model)
+        .args([&image, folder.path()])
+        .args(["--seconds", "0.001"])
+        .args(options)
+        .output()
+        .expect("python3 starts");
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {output:?}");
+    Some(String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+/// Every configuration write of the image's start, changed in turn: `part` of them, as "0/4".
+/// What was run has `killed_by`.
+///
+/// # Panics
+/// The unchanged image fails in the scene.
+#[must_use]
+pub fn mutants(name: &str, codes: &[u16], scene: &Value, part: &str) -> Option<Vec<Value>> {
+    let (image, model, packages) = board_image_or_skip(name)?;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let sound = folder.path().join("sound.u16");
+    let bytes: Vec<u8> = codes.iter().flat_map(|code| code.to_le_bytes()).collect();
+    std::fs::write(&sound, bytes).expect("the temporary folder takes files");
+    let script = folder.path().join("scene.json");
+    std::fs::write(&script, scene.to_string()).expect("the temporary folder takes files");
+    let output = Command::new("python3")
+        .env("PYTHONPATH", packages)
+        .arg(model.with_file_name("mutants.py"))
+        .args([&image, folder.path()])
+        .arg("--scene")
+        .arg(script)
+        .arg("--microphone-1")
+        .arg(sound)
+        .args(["--part", part])
+        .output()
+        .expect("python3 starts");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{name}: {said}");
+    let found = read_json(&folder.path().join("mutants.json"));
+    found.as_array().cloned()
+}
+
 fn read_json(path: &Path) -> Value {
     let text = std::fs::read(path).expect("the model writes it");
     serde_json::from_slice(&text).expect("the model writes JSON")
@@ -100,13 +156,17 @@ fn frames(path: &Path, is_cut: bool) -> Vec<(Head, Telemetry)> {
 /// None where nothing was counted.
 fn blocks(path: &Path) -> Vec<(u32, u32)> {
     let bytes = std::fs::read(path).unwrap_or_default();
+    assert!(
+        bytes.len() % 8 == 0,
+        "the trace {path:?} ends within a block"
+    );
     let number = |bytes: &[u8]| u32::from_le_bytes(bytes.try_into().expect("four bytes"));
     let pairs = bytes.chunks_exact(8);
     pairs.map(|p| (number(&p[..4]), number(&p[4..]))).collect()
 }
 
 /// The host at the link: what it says becomes steps of the model's script.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Clone)]
 pub struct Host {
     /// The steps, to be added to.
     pub steps: Vec<Value>,

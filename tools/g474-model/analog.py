@@ -2,6 +2,8 @@
 
 import math
 
+from memo import until_written
+
 ADC = {1: 0x5000_0000, 2: 0x5000_0100, 3: 0x5000_0400, 4: 0x5000_0500, 5: 0x5000_0600}
 ISR, IER, CR, CFGR, CFGR2, SMPR1, SQR1, DR, JSQR, JDR1 = (
     0x00, 0x04, 0x08, 0x0C, 0x10, 0x14, 0x30, 0x40, 0x4C, 0x80,
@@ -26,6 +28,7 @@ COMPARATORS = tuple(MINUS)
 # The channel of ADC5 that OPAMP4's output is inside the chip (RM0440, 21.4.11): ours.
 OPAMP4_CHANNEL = (5, 5)
 MICROPHONES, COILS = (1, 2), (3, 4, 5)
+COIL_CHANNELS = {3: (1, 12, 5), 4: (4, 3, 5), 5: (1, 2, 5)}
 REFERENCE_V = 3.3
 NEVER = 1 << 62
 
@@ -66,6 +69,7 @@ class Analog:
         """A field of a converter."""
         return self.bus.stored(ADC[adc] + offset) >> at & (1 << width) - 1
 
+    @until_written
     def runs(self, adc):
         """Whether it is on, awake and clocked."""
         control = self.bus.stored(ADC[adc] + CR)
@@ -81,6 +85,7 @@ class Analog:
         """From the trigger to the code of one channel, s."""
         return self.sampling_s(adc, channel) + CONVERSION_CYCLES / self.bus.tree.converter(adc)
 
+    @until_written
     def source(self, adc, channel):
         """The pin a channel has now, or none: through the pin's mode, or an amplifier."""
         if (adc, channel) == OPAMP4_CHANNEL:
@@ -103,6 +108,7 @@ class Analog:
             return None
         return (bus.stored(TIM6 + 0x2C) + 1) * (bus.stored(TIM6 + 0x28) + 1)
 
+    @until_written
     def period(self, adc=1):
         """Ticks between two samples, or none while nothing is sampled."""
         ticks = self.triggers()
@@ -115,6 +121,7 @@ class Analog:
         takes = self.conversion_s(adc, self.bits(adc, SQR1, 6, 5)) * self.bus.TICK_HZ
         return ticks * max(1, math.ceil(takes / ticks)) * self.summed(adc)
 
+    @until_written
     def summed(self, adc):
         """Conversions in one sample, each by a trigger of its own."""
         if self.bits(adc, CFGR2, 0, 1) and self.bits(adc, CFGR2, 9, 1):
@@ -175,12 +182,14 @@ class Analog:
         reaches = self.bus.pins.is_analog("PA4") and self.dac_mode(1, 1) != 3
         return self.dac(1, 1) if reaches else 0
 
+    @until_written
     def plus(self, number):
         """The pin at a comparator's plus input, or none."""
         chosen = self.bus.stored(COMP + 4 * (number - 1)) >> 8 & 1
         pins = self.bus.pins.analog.get(f"COMP{number}_INP{chosen}", [])
         return next((pin for pin in pins if self.bus.pins.is_analog(pin)), None)
 
+    @until_written
     def minus(self, number):
         """The DAC and channel at a comparator's minus input, or none."""
         chosen = self.bus.stored(COMP + 4 * (number - 1)) >> 4 & 7
@@ -192,8 +201,8 @@ class Analog:
         control = self.bus.stored(COMP + 4 * (number - 1))
         if not control & 1:
             return 0
-        plus, minus = self.plus(number), self.minus(number)
-        level = self.code(plus) > (self.dac(*minus) if minus else 0)
+        minus = self.minus(number)
+        level = self.code(self.plus(number)) > (self.dac(*minus) if minus else 0)
         return int(level) ^ control >> 15 & 1
 
     def pwm_period(self, power):
@@ -224,18 +233,23 @@ class Analog:
             self.volts[pin] = volts + 0.006 * (self.turn / 0x7FFF_FFFF - 0.5)
 
     def _injected(self, adc):
+        sources = self.sequence(adc)
+        offset = 0 if adc in self.calibrated else UNCALIBRATED
+        for rank, pin in enumerate(sources):
+            self.results[ADC[adc] + JDR1 + 4 * rank] = min(4095, self.code(pin) + offset)
+        if sources:
+            self.flags[adc] |= 0x60
+
+    @until_written
+    def sequence(self, adc):
+        """What a converter converts at every trigger of the bridges' timer."""
         sequence = self.bus.stored(ADC[adc] + JSQR)
         wanted = self.chosen(adc, "JEXT", sequence >> 2 & 31) == "TIM1_TRGO2"
-        if not (wanted and sequence >> 7 & 3 and self.runs(adc)):
-            return
-        if not self.bus.stored(ADC[adc] + CR) & INJECTED:
-            return
-        offset = 0 if adc in self.calibrated else UNCALIBRATED
-        for rank in range((sequence & 3) + 1):
-            channel = sequence >> (9, 15, 21, 27)[rank] & 31
-            code = min(4095, self.code(self.source(adc, channel)) + offset)
-            self.results[ADC[adc] + JDR1 + 4 * rank] = code
-        self.flags[adc] |= 0x60
+        started = self.bus.stored(ADC[adc] + CR) & INJECTED
+        if not (wanted and sequence >> 7 & 3 and started and self.runs(adc)):
+            return ()
+        ranks = (9, 15, 21, 27)[: (sequence & 3) + 1]
+        return tuple(self.source(adc, sequence >> at & 31) for at in ranks)
 
     def read(self, address):
         if address in self.results:

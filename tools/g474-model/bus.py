@@ -9,6 +9,7 @@ the registers it wrote: a wrong channel, trigger or polarity gives wrong samples
 from analog import Analog
 from clocks import WATCHED, ClockTree
 from entropy import Random
+from memo import until_written
 from pins import Pins
 from registers import Judge
 from safety import NMI, FlashMemory, Supply
@@ -29,6 +30,16 @@ LSI_HZ = 32_000
 PIN_TICKS = 8
 # FLASH_OPTR of a chip that nobody has set up (RM0440): brown-out at 1.7 V, no parity.
 AS_DELIVERED = 0xFFEF_F8AA
+# Written while the image runs, and nothing that is kept until a register is written hangs on
+# them (memo.py): flags, compare values, the master enable, DACs' codes, pins' levels.
+TIM1, TIM2 = 0x4001_2C00, 0x4000_0000
+RUNNING = (
+    {TIM1 + at for at in (0x10, 0x34, 0x38, 0x3C, 0x40, 0x44)}
+    | {TIM2 + at for at in (0x0C, 0x10, 0x34)}
+    | {base + at for base in GPIO.values() for at in (0x18, 0x28)}
+    | {0x5000_0000 + at for at in (0, 0x100, 0x400, 0x500, 0x600, 0x808, 0x1008, 0x1408)}
+    | {IWDG, 0x4000_4420, AIRCR}
+)
 # Bits of RCC_CSR.
 RESET_FLAG = {"power-on": 27, "brown-out": 27, "software": 28, "watchdog": 29, "pin": 26}
 
@@ -91,7 +102,7 @@ class Bus:
         self.judge, self.data = Judge(self, registers), registers
         self.pins = Pins(self, registers)
         self.longest_unfed = 0
-        self.core = None
+        self.core = self.changes = None
         self.trace = []
         self.register = {}
         self.levels = {}
@@ -117,6 +128,7 @@ class Bus:
         # a reset: flags of those before it stay until they are taken back.
         flags = self.register.get(RCC + 0x94, 0) & 0xFE00_0000 | 1 << RESET_FLAG[cause]
         self.register = {FLASH + 0x20: self.options, RCC + 0x94: flags}
+        self.settled = {}
         self.enabled, self.pended = set(), set()
         self.dma = [Dma(self, k) for k in range(8)]
         self.fed = self.watchdog_ticks = self.reset_by = self.exception = None
@@ -136,6 +148,12 @@ class Bus:
         found = self.register.get(address)
         return self.judge.reset_value(address) if found is None else found
 
+    @property
+    def bus(self):
+        """Itself: what is asked of it is kept like what is asked of a part."""
+        return self
+
+    @until_written
     def channel(self, request):
         """The DMA channel that serves a request."""
         return next((dma for dma in self.dma if dma.enabled_for(request)), None)
@@ -173,10 +191,14 @@ class Bus:
         """A store of the image."""
         word, shift = address & ~3, 8 * (address & 3)
         mask = (1 << 8 * size) - 1 << shift
+        if self.changes is not None:
+            value = self.changes.write(word, mask, value << shift) >> shift
         value = self.stored(word) & ~mask | value << shift & mask
         if self.judge.write(word, value, mask):
             old = self.stored(word)
             self._store(word, value)
+            if word not in RUNNING:
+                self.settled.clear()
             for bit, addresses in self.judge.resets.get(word, {}).items():
                 if value & ~old & 1 << bit:
                     self._put_back(addresses)
@@ -188,6 +210,7 @@ class Bus:
         """A reset of the RCC: registers and parts as after the chip's own."""
         for address in addresses:
             self.register.pop(address, None)
+        self.settled.clear()
         for part in self.parts:
             part.put_back(addresses)
         for dma in self.dma:

@@ -124,6 +124,7 @@ class Core:
         uc.hook_add(UC_HOOK_MEM_INVALID, self._invalid)
         end = FLASH + FLASH_BYTES - 1
         uc.hook_add(UC_HOOK_MEM_WRITE, self._programs, begin=FLASH, end=end)
+        self.has_slept = False
         self.trouble = None
         self.served = {}
         self.instructions = 0
@@ -196,6 +197,7 @@ class Core:
             if length := self._unmask():
                 self.pc += length
             elif self._slept():
+                self.has_slept = True
                 # Only an interrupt that is let in, an exception or a reset ends a sleep.
                 while bus.pending_interrupt() is None and bus.exception is None:
                     if bus.now >= until or bus.reset_by is not None or bus.hung:

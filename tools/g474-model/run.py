@@ -34,6 +34,7 @@ import sys
 
 import registers
 from bus import TICK_HZ, Bus
+from facts import facts
 from core import Core, NoImage, Stuck
 
 
@@ -53,14 +54,37 @@ def arguments():
     return parser.parse_args()
 
 
+class Refused(Exception):
+    """A file that cannot be used; the message says which and why."""
+
+
+def script_of(path):
+    """The steps of a script."""
+    try:
+        return json.loads(path.read_text())
+    except (OSError, ValueError) as why:
+        raise Refused(f"script {path} is broken: {why}") from why
+
+
+def sound_of(path):
+    """The codes of a microphone."""
+    try:
+        codes = path.read_bytes()
+    except OSError as why:
+        raise Refused(f"{path}: {why.strerror}") from why
+    if len(codes) % 2:
+        raise Refused(f"{path}: ends within a code of two bytes")
+    return codes
+
+
 def main():
     """One run; exit code 1 when the image got stuck."""
     given = arguments()
-    steps = json.loads(given.script.read_text()) if given.script else []
+    steps = script_of(given.script) if given.script else []
     bus = Bus([[round(s * TICK_HZ), name, value] for s, name, value in steps], registers.load(given.registers))
     for pin, path in (("PA0", given.microphone_1), ("PA1", given.microphone_2)):
         if path:
-            bus.analog.sounds[pin] = path.read_bytes()
+            bus.analog.sounds[pin] = sound_of(path)
     bus.power.every = given.bridge_every
     core = Core(given.image, bus)
     end = round(given.seconds * TICK_HZ)
@@ -94,6 +118,7 @@ def main():
         "interrupts": core.served,
         "trace": bus.trace,
         "judged": bus.judge.report(),
+        "facts": facts(bus),
     }
     given.folder.mkdir(parents=True, exist_ok=True)
     (given.folder / "frames.bin").write_bytes(bus.serial.said)
@@ -108,6 +133,6 @@ def main():
 if __name__ == "__main__":
     try:
         sys.exit(main())
-    except (registers.NoRegisters, NoImage) as refused:
+    except (registers.NoRegisters, NoImage, Refused) as refused:
         print(f"run.py: {refused}", file=sys.stderr)
         sys.exit(2)

@@ -1,5 +1,7 @@
 """USART2 with its two DMA channels: what the host hears and says."""
 
+from memo import until_written
+
 USART2 = 0x4000_4400
 CR1, CR2, CR3, BRR, ISR, ICR, RDR, TDR = 0x00, 0x04, 0x08, 0x0C, 0x1C, 0x20, 0x24, 0x28
 BAUD = 921_600
@@ -14,11 +16,13 @@ class Serial:
         self.bus = bus
         self.said = bytearray()
 
+    @until_written
     def byte_ticks(self):
         """Ticks of one byte of ten bits."""
         hz = self.bus.tree.serial()
         return round(10 * self.bus.TICK_HZ * max(self.bus.stored(USART2 + BRR), 1) / hz) if hz else NEVER
 
+    @until_written
     def understood(self, pin, signal):
         """Whether bytes pass a pin: the pin leads there, eight bits, no parity, one stop bit, and
         a rate that is not more than 2 % off the host's."""

@@ -1,6 +1,7 @@
 """TIM2, the clock and the tacho's capture; TIM1, the bridges and their break inputs."""
 
 from analog import COMPARATORS
+from memo import until_written
 
 TIM1, TIM2 = 0x4001_2C00, 0x4000_0000
 CR1, CR2, DIER, SR, EGR, CNT, ARR, RCR, CCR1, BDTR, AF1, AF2 = (
@@ -108,6 +109,7 @@ class BreakTimer:
         # Since when each break input has been active without a break.
         self.since = [None, None]
 
+    @until_written
     def period(self):
         """Ticks of one PWM period: up and down again, or up only."""
         top, divider = self.bus.stored(TIM1 + ARR) & 0xFFFF, self.bus.stored(TIM1 + PSC) + 1
@@ -117,11 +119,13 @@ class BreakTimer:
         """Counts up and down."""
         return bool(self.bus.stored(TIM1 + CR1) >> 5 & 3)
 
+    @until_written
     def step(self):
         """Ticks between two updates: one at each end of the count, and of these one in so many."""
         repeats = (self.bus.stored(TIM1 + RCR) & 0xFFFF) + 1
         return max(self.period() * repeats // (2 if self.centred() else 1), 1)
 
+    @until_written
     def triggers(self):
         """Whether an update starts the converters."""
         return self.bus.stored(TIM1 + CR2) >> 20 & 15 == 2
@@ -137,12 +141,17 @@ class BreakTimer:
             sources, high = bus.stored(TIM1 + offset), bdtr >> polarity & 1
             if k == 0 and sources & 1:
                 inverted = sources >> 9 & 1
-                level = bus.pins.leads_to("PA6", "TIM1_BKIN") and bus.levels.get("PA6", 0)
+                level = self.stop_reaches() and bus.levels.get("PA6", 0)
                 found |= (level ^ inverted) == high
             for number in COMPARATORS:
                 if sources >> number & 1:
                     found |= (bus.analog.comparator(number) == high) << k
         return found
+
+    @until_written
+    def stop_reaches(self):
+        """Whether the emergency stop's pin leads to the timer."""
+        return self.bus.pins.leads_to("PA6", "TIM1_BKIN")
 
     def can_switch(self):
         """Master enable set, and at least one switch's output enabled."""
@@ -221,15 +230,22 @@ class BreakTimer:
 
     def duty(self, channel):
         """Part of a period for which an upper switch is closed; 0..3."""
+        switches = self.switches(channel)
+        if switches is None:
+            return 0.0
+        share = self.bus.stored(TIM1 + CCR1 + 4 * channel) / max(self.bus.stored(TIM1 + ARR), 1)
+        return 1 - share if switches == "inverted" else share
+
+    @until_written
+    def switches(self, channel):
+        """How a channel drives its two pins, or none."""
         bus = self.bus
         mode = bus.stored(TIM1 + CCMR1 + 4 * (channel // 2)) >> 8 * (channel % 2)
-        enabled = bus.stored(TIM1 + CCER) >> 4 * channel & 5 == 5
+        polarity = bus.stored(TIM1 + CCER) >> 4 * channel
         reaches = all(bus.pins.leads_to(*gate) for gate in GATES[channel])
-        if not (enabled and reaches and mode & 3 == 0 and mode & 0x1_0070 in (0x60, 0x70)):
-            return 0.0
-        share = bus.stored(TIM1 + CCR1 + 4 * channel) / max(bus.stored(TIM1 + ARR), 1)
-        inverted = (mode & 0x70 == 0x70) ^ bus.stored(TIM1 + CCER) >> 4 * channel + 1 & 1
-        return 1 - share if inverted else share
+        if not (polarity & 5 == 5 and reaches and mode & 3 == 0 and mode & 0x1_0070 in (0x60, 0x70)):
+            return None
+        return "inverted" if (mode & 0x70 == 0x70) ^ polarity >> 1 & 1 else "straight"
 
     def put_back(self, addresses):
         """A reset of the RCC."""
