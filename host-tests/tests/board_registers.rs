@@ -10,6 +10,7 @@ use rarma_core::guard::Mode;
 use rarma_core::wire::Command as Word;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+use xtask::page::Part;
 
 const EXPECTED: &str = include_str!("board_registers.json");
 const SURVIVORS: &str = include_str!("board_survivors.json");
@@ -163,34 +164,81 @@ fn scene() -> Value {
     for pin in ["PB1", "PB0", "PB13", "PB14"] {
         events[pin] = json!([short, [[at, pin, 3.1]]]);
     }
-    json!({"seconds": driven, "script": script, "events": events})
+    json!({"seconds": driven, "driven_from": 0.06, "script": script, "events": events})
+}
+
+/// Mutants that nothing notices, by the reason.
+fn survivors() -> BTreeMap<String, Vec<String>> {
+    serde_json::from_str(SURVIVORS).expect("a committed file of JSON")
 }
 
 /// Every mutant of a part of them is killed, or is listed as one that may live, and why.
 fn judged(name: &str, part: &str) -> Option<Vec<Value>> {
     let found = mutants(name, &noise(0.4), &scene(), part)?;
-    let listed: BTreeMap<String, String> =
-        serde_json::from_str(SURVIVORS).expect("a committed file of JSON");
+    let listed: Vec<String> = survivors().into_values().flatten().collect();
     let text = |mutant: &Value| mutant["mutant"].as_str().expect("a name").to_owned();
     let mut wrong = Vec::new();
     for mutant in found
         .iter()
         .filter(|mutant| mutant.get("killed_by").is_some())
     {
-        let is_listed = listed.contains_key(&text(mutant));
+        let is_listed = listed.contains(&text(mutant));
         match (mutant["killed_by"].as_str(), is_listed) {
             (None, false) => wrong.push(format!("{}: nothing notices", text(mutant))),
             (Some(by), true) => wrong.push(format!("{}: listed, but {by}", text(mutant))),
             _ => {}
         }
     }
-    for name in listed.keys() {
+    for name in &listed {
         if !found.iter().any(|mutant| text(mutant) == *name) {
             wrong.push(format!("{name}: listed, but there is no such mutant"));
         }
     }
+    for mutant in &found {
+        let by = mutant.get("killed_by");
+        println!("{} -> {}: {by:?}", text(mutant), mutant["instead"]);
+    }
     assert!(wrong.is_empty(), "{}: {wrong:#?}", wrong.len());
     Some(found)
+}
+
+/// The page's table: accesses by source, mutants by what killed them.
+fn table(found: &[Value], run: &Value) -> String {
+    let judged = &run["judged"];
+    let number = |name: &str| judged["accesses"][name].to_string();
+    let source = |name: &str| judged["sources"][name].as_str().unwrap_or("?").to_owned();
+    let mut text = format!(
+        "| judged in a start and 0.1 s | by | accesses | findings |\n|---|---|---:|---:|\n\
+         | a register that exists, its access, reserved bits, listed values: reads | `stm32g4` {} | {} | {} |\n\
+         | the same: writes | the same | {} | |\n\
+         | clock and reset of its peripheral | `stm32-metapac` {} | {} | |\n\
+         | registers of the core | ours | {} | |\n\
+         | registers touched | | {} | |\n\n",
+        source("stm32g4"),
+        number("read"),
+        judged["findings"].as_array().map_or(0, Vec::len),
+        number("written"),
+        source("stm32-metapac"),
+        number("clocks"),
+        number("core"),
+        judged["registers"],
+    );
+    let mut killed = BTreeMap::<String, usize>::new();
+    for mutant in found {
+        let by = mutant["killed_by"].as_str().unwrap_or("nothing: listed");
+        let by = by.split(':').next().unwrap_or(by);
+        *killed.entry(by.to_owned()).or_default() += 1;
+    }
+    text += "| mutants of configuration writes | number |\n|---|---:|\n";
+    text += &format!("| all | {} |\n", found.len());
+    for (by, count) in killed {
+        text += &format!("| noticed by {by} | {count} |\n");
+    }
+    text += "\n| why nothing notices | number | which |\n|---|---:|---|\n";
+    for (why, names) in survivors() {
+        text += &format!("| {why} | {} | `{}` |\n", names.len(), names.join("`, `"));
+    }
+    text
 }
 
 #[test]
@@ -201,5 +249,20 @@ fn every_configuration_write_matters() {
 #[test]
 #[ignore = "long: cargo verify --long"]
 fn every_configuration_write_matters_long() {
-    judged("every_configuration_write", "0/1");
+    let Some(found) = judged("every_configuration_write", "0/1") else {
+        return;
+    };
+    let Some(seen) = run("registers", 0.1, &noise(0.1), &json!([]), &[]) else {
+        return;
+    };
+    let table = table(&found, &seen.run);
+    println!("{table}");
+    let page = std::fs::read_to_string(PAGE).expect("the page is there");
+    let part = Part("registers");
+    if std::env::var_os("RARMA_WRITE_TABLE").is_some() {
+        let page = part
+            .written_into(&page, &table)
+            .expect("the page has the markers");
+        std::fs::write(PAGE, page).expect("the page can be written");
+    }
 }

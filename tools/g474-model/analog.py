@@ -9,7 +9,14 @@ ISR, IER, CR, CFGR, CFGR2, SMPR1, SQR1, DR, JSQR, JDR1 = (
     0x00, 0x04, 0x08, 0x0C, 0x10, 0x14, 0x30, 0x40, 0x4C, 0x80,
 )  # fmt: skip
 # Bits of a converter's CR.
-ENABLED, STARTED, INJECTED, REGULATOR, ASLEEP, CALIBRATE = 1, 1 << 2, 1 << 3, 1 << 28, 1 << 29, 1 << 31
+ENABLED, STARTED, INJECTED, REGULATOR, ASLEEP, CALIBRATE = (
+    1,
+    1 << 2,
+    1 << 3,
+    1 << 28,
+    1 << 29,
+    1 << 31,
+)
 # Cycles of sampling by SMP, and those of twelve bits (RM0440, 21.4.16).
 SAMPLING_CYCLES, CONVERSION_CYCLES = (2.5, 6.5, 12.5, 24.5, 47.5, 92.5, 247.5, 640.5), 12.5
 # What a converter that was not calibrated is off by, codes: there to be seen, not a figure
@@ -278,7 +285,14 @@ class Analog:
                 if value & ENABLED and not kept & ENABLED:
                     self.bus.tree.converter_in(adc)
                 awake = value & REGULATOR and not value & ASLEEP
-                if value & CALIBRATE and awake and not kept and self.bus.tree.converter(adc):
+                single_ended = not value >> 30 & 1
+                if (
+                    value & CALIBRATE
+                    and single_ended
+                    and awake
+                    and not kept
+                    and self.bus.tree.converter(adc)
+                ):
                     self.calibrated.add(adc)
                 return True
         for number, base in DAC.items():

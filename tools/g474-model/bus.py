@@ -1,13 +1,16 @@
 """The registers of the STM32G474 that the image touches, and the pins behind them.
 
-A register that is not named here keeps what is written to it. Numbers are those of the
-reference manual RM0440. What is told at start-up (a ready bit, the end of a calibration) is
-told at once; what the image does with converters, timers, DMA and the break input follows
-the registers it wrote: a wrong channel, trigger or polarity gives wrong samples here too.
+Every access is judged by the register file first (registers.py), which also has what a reset
+leaves and what a store changes; a register that no part here knows keeps what is written to it.
+How parts behave is the reference manual's, RM0440. What is told at start-up (a ready bit, the
+end of a calibration) is told at once; what the image does with converters, timers, DMA and the
+break input follows the registers it wrote: a wrong channel, trigger, polarity or pin gives
+wrong samples here too.
 """
 
 from analog import Analog
 from clocks import WATCHED, ClockTree
+from dma import DMA1, Dma
 from entropy import Random
 from memo import until_written
 from pins import Pins
@@ -18,7 +21,6 @@ from timers import BreakTimer, Clock
 
 RCC, FLASH, PWR = 0x4002_1000, 0x4002_2000, 0x4000_7000
 GPIO = {port: 0x4800_0000 + 0x400 * k for k, port in enumerate("ABCDEFG")}
-DMA1, DMAMUX1 = 0x4002_0000, 0x4002_0800
 IWDG = 0x4000_3000
 NVIC_ENABLE, NVIC_DISABLE = 0xE000_E100, 0xE000_E180
 NVIC_PEND, NVIC_UNPEND = 0xE000_E200, 0xE000_E280
@@ -42,54 +44,6 @@ RUNNING = (
 )
 # Bits of RCC_CSR.
 RESET_FLAG = {"power-on": 27, "brown-out": 27, "software": 28, "watchdog": 29, "pin": 26}
-
-
-class Dma:
-    """One channel, as far as it has got."""
-
-    def __init__(self, bus, number):
-        self.bus, self.number = bus, number
-        self.base = DMA1 + 8 + 20 * number
-        self.done = 0
-        self.started = 0
-
-    def enabled_for(self, request):
-        """Whether it is on and serves this request."""
-        bus = self.bus
-        return bus.stored(self.base) & 1 and bus.stored(DMAMUX1 + 4 * self.number) & 0x7F == request
-
-    def length(self):
-        """Transfers in one round."""
-        return self.bus.stored(self.base + 4) & 0xFFFF
-
-    def circular(self):
-        """Starts again at its end."""
-        return bool(self.bus.stored(self.base) >> 5 & 1)
-
-    def left(self):
-        """What CNDTR says."""
-        length = self.length()
-        return length - self.done % length if self.circular() and length else length - self.done
-
-    def carries(self, width, peripheral, to_memory):
-        """Whether it moves elements of a width to or from this register, one after the other."""
-        control = self.bus.stored(self.base)
-        sizes = control >> 8 & 3, control >> 10 & 3
-        wanted = (width.bit_length() - 1,) * 2
-        forth = control >> 4 & 1 != to_memory and control >> 6 & 3 == 2
-        return forth and sizes == wanted and self.bus.stored(self.base + 8) == peripheral
-
-    def to_memory(self, data, width, peripheral):
-        """Transfers elements from a peripheral."""
-        if not self.carries(width, peripheral, to_memory=True):
-            return
-        length, memory = self.length(), self.bus.stored(self.base + 12)
-        for at in range(0, len(data), width):
-            if not length or not self.circular() and self.done >= length:
-                return
-            place = memory + self.done % length * width
-            self.bus.core.uc.mem_write(place, data[at : at + width])
-            self.done += 1
 
 
 class Bus:
@@ -250,7 +204,8 @@ class Bus:
                     channel = self.dma[(address - DMA1 - 8) // 20]
                     channel.done, channel.started = 0, self.now
             register = self.judge.registers.get(address)
-            self.register[address] = register.takes(self.stored(address), value) if register else value
+            old = self.stored(address)
+            self.register[address] = register.takes(old, value) if register else value
 
     def _is_port(self, address, value):
         for port, base in GPIO.items():

@@ -40,7 +40,9 @@ class ClockTree:
 
     def pll(self):
         """Input of the PLL's oscillator, the oscillator, and its output R, Hz; 0: off."""
-        source = {2: self.oscillator("HSI"), 3: self.oscillator("HSE")}.get(self._bits(PLLCFGR, 0, 2), 0)
+        source = {2: self.oscillator("HSI"), 3: self.oscillator("HSE")}.get(
+            self._bits(PLLCFGR, 0, 2), 0
+        )
         given = source / (self._bits(PLLCFGR, 4, 4) + 1)
         vco = given * self._bits(PLLCFGR, 8, 7) if self._bits(CR, 24, 1) else 0
         out = vco / (2 * self._bits(PLLCFGR, 25, 2) + 2) if self._bits(PLLCFGR, 24, 1) else 0
@@ -114,11 +116,23 @@ class ClockTree:
         limits = MOST_HZ[span]
         most = limits[min(states, len(limits) - 1)]
         if hz > most:
-            find("clock", "core", f"more than {most:g} Hz with {states} wait states, range {span}", f"{hz:g} Hz")
+            find(
+                "clock",
+                "core",
+                f"more than {most:g} Hz with {states} wait states, range {span}",
+                f"{hz:g} Hz",
+            )
         if hz == 0:
             find("clock", "core", "has no clock that runs")
-        if hz > STEP_HZ >= self.core_hz and address == CFGR and self._bits(CFGR, 4, 4) == 0 and not self.half:
-            find("clock", "core", "rises above 80 MHz in one step", f"{self.core_hz:g} to {hz:g} Hz")
+        if (
+            hz > STEP_HZ >= self.core_hz
+            and address == CFGR
+            and self._bits(CFGR, 4, 4) == 0
+            and not self.half
+        ):
+            find(
+                "clock", "core", "rises above 80 MHz in one step", f"{self.core_hz:g} to {hz:g} Hz"
+            )
         # Half of a fast clock has been reached: the next step may be whole.
         self.half = self._bits(CFGR, 4, 4) == 8 and self.system() > STEP_HZ
         self.core_hz = hz
@@ -135,7 +149,9 @@ class ClockTree:
         """A converter is switched on."""
         hz = self.converter(adc)
         if not 0 < hz <= ADC_HZ:
-            self.bus.judge.find("clock", f"ADC{adc}", f"not between 0 and {ADC_HZ:g} Hz", f"{hz:g} Hz")
+            self.bus.judge.find(
+                "clock", f"ADC{adc}", f"not between 0 and {ADC_HZ:g} Hz", f"{hz:g} Hz"
+            )
 
     def settled(self):
         """At the end of a run: a DAC must know how fast its bus is (RM0440, DAC_MCR, HFSEL)."""

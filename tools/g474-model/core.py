@@ -302,5 +302,3 @@ class Core:
     def _invalid(self, uc, _access, address, _size, _value, _data):
         self.trouble = f"access to {address:#x} from {uc.reg_read(UC_ARM_REG_PC):#x}"
         return False
-
-

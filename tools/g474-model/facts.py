@@ -4,7 +4,7 @@ Derived from the registers as they stand at the end of a run; what a run itself 
 verdicts, breaks) is not repeated here.
 """
 
-from analog import ADC, COIL_CHANNELS, COMP, DAC, MICROPHONES, MINUS, REFERENCE_V
+from analog import ADC, COIL_CHANNELS, COMP, DAC, MINUS, REFERENCE_V
 from timers import BDTR, CCER, CCMR1, CR1, DEBUG_APB2, FILTER_TICKS, TIM1, TIM2
 
 HYSTERESIS_MV = (0, 10, 20, 30, 40, 50, 60, 70)
@@ -26,27 +26,30 @@ def facts(bus):
     """All of them, by name."""
     tree, analog, stored = bus.tree, bus.analog, bus.stored
     bdtr, acr = stored(TIM1 + BDTR), stored(0x4002_2000)
+    link = [stored(0x4000_4400 + at) for at in (0, 4, 8, 0xC)]
+    monitor, lines = stored(0x4000_7004), [stored(0x4001_0400 + at) for at in (0, 8, 0xC)]
+    modes = [stored(TIM1 + at) for at in (CR1, CCMR1, CCMR1 + 4, CCER)]
+    filters = [FILTER_TICKS[bdtr >> at & 15] for at in (16, 20)]
     found = {
         "core": f"{tree.core():.0f} Hz, range {tree.range()}, {acr & 15} wait states, "
         f"prefetch {acr >> 8 & 1}, caches {acr >> 9 & 3:02b}",
         "clock security": stored(0x4002_1000) >> 19 & 1,
         "oscillators": f"{stored(0x4002_1000) & 0x1_0500:#x}, 48 MHz {stored(0x4002_1098) & 1}",
-        "link": f"{tree.serial() / max(stored(0x4000_440C), 1):.0f} baud, CR1 {stored(0x4000_4400):#x}, "
-        f"CR2 {stored(0x4000_4404):#x}, CR3 {stored(0x4000_4408):#x}",
-        "watchdog": f"{bus.watchdog_ticks and bus.watchdog_ticks / bus.TICK_HZ:.4f} s, "
+        "link": f"{tree.serial() / max(link[3], 1):.0f} baud, "
+        f"CR1 {link[0]:#x}, CR2 {link[1]:#x}, CR3 {link[2]:#x}",
+        "watchdog": f"{(bus.watchdog_ticks or 0) / bus.TICK_HZ:.4f} s, "
         f"debugger stops it: {stored(0xE004_2008) >> 12 & 1}",
         "debugger stops TIM1": stored(DEBUG_APB2) >> 11 & 1,
-        "supply monitor": f"{SUPPLY_V[stored(0x4000_7004) >> 1 & 7]} V, on: {stored(0x4000_7004) & 1}, "
-        f"rising {stored(0x4001_0408):#x}, falling {stored(0x4001_040C):#x}, told {stored(0x4001_0400):#x}",
+        "supply monitor": f"{SUPPLY_V[monitor >> 1 & 7]} V, on: {monitor & 1}, "
+        f"told {lines[0]:#x}, rising {lines[1]:#x}, falling {lines[2]:#x}",
         "breaks of the chip itself": f"{stored(0x4001_001C) & 0xF:04b}",
         "dead time": f"{dead_time_ns(bdtr & 0xFF, bus.TICK_HZ)} ns",
         "bridges": f"period {bus.power.period()} ticks, update every {bus.power.step()}, "
-        f"CR1 {stored(TIM1 + CR1):#x}, CCMR {stored(TIM1 + CCMR1):#x} {stored(TIM1 + CCMR1 + 4):#x}, "
-        f"CCER {stored(TIM1 + CCER):#x}",
+        f"CR1 {modes[0]:#x}, CCMR {modes[1]:#x} {modes[2]:#x}, CCER {modes[3]:#x}",
         "bridges off": f"driven while idle: {bdtr >> 10 & 1}, while running: {bdtr >> 11 & 1}, "
         f"level CR2 {stored(TIM1 + 4):#x}",
-        "breaks": f"pin: on {bdtr >> 12 & 1}, high {bdtr >> 13 & 1}, {FILTER_TICKS[bdtr >> 16 & 15]} ticks; "
-        f"comparators: on {bdtr >> 24 & 1}, high {bdtr >> 25 & 1}, {FILTER_TICKS[bdtr >> 20 & 15]} ticks; "
+        "breaks": f"pin: on {bdtr >> 12 & 1}, high {bdtr >> 13 & 1}, {filters[0]} ticks; "
+        f"comparators: on {bdtr >> 24 & 1}, high {bdtr >> 25 & 1}, {filters[1]} ticks; "
         f"automatic return {bdtr >> 14 & 1}; lock {bdtr >> 8 & 3}",
         "break sources": f"{stored(TIM1 + 0x60):#x} {stored(TIM1 + 0x64):#x}",
         "tacho": f"CCMR2 {stored(TIM2 + CCMR1 + 4):#x}, CCER {stored(TIM2 + CCER):#x}",
@@ -68,7 +71,8 @@ def facts(bus):
         volts = analog.dac(*minus) / 4095 * REFERENCE_V if minus else 0
         found[f"COMP{number}"] = (
             f"{analog.plus(number)} above {volts:.3f} V, on {control & 1}, "
-            f"{HYSTERESIS_MV[control >> 16 & 7]} mV, inverted {control >> 15 & 1}, blanked {control >> 19 & 7}"
+            f"{HYSTERESIS_MV[control >> 16 & 7]} mV, inverted {control >> 15 & 1}, "
+            f"blanked {control >> 19 & 7}"
         )
     found["valve"] = f"code {analog.valve()}, mode {analog.dac_mode(1, 1)}"
     for dac in (1, 3, 4):

@@ -9,10 +9,11 @@ was (a field that acts when written does not act), and for a field of several bi
 it gets the neighbour of the value it should have. The image is not built again: the
 change is made as the write reaches the bus.
 
-The scene is JSON: {"seconds": S, "script": [...], "events": {name: [seconds, script]}}. Every
+The scene is JSON: {"seconds": S, "driven_from": S, "script": [...], "events": {name: [seconds, script]}}. Every
 mutant runs the script up to `seconds`, and one that nobody has noticed then every event from
-there on. What is looked at, in this order, is `CHECKS`; everything but the first is compared
-with the run of the unchanged image, which the tests of the image hold against the host.
+there on. What is looked at is, in this order, `CHECKS`, the short events, the facts (facts.py),
+the long events. Everything but the register data is compared with the run of the unchanged
+image, which the tests of the image hold against the host, the facts against a committed file.
 
 FOLDER gets `mutants.json`: every mutant with what killed it, or null.
 """
@@ -23,19 +24,24 @@ import os
 import pathlib
 import signal
 import sys
-
-from unicorn import UcError
+import traceback
 
 import registers
 from bus import TICK_HZ, Bus
 from core import Core, NoImage, Stuck
 from facts import facts
+from unicorn import UcError
 
 CHECKS = (
-    "register data", "start", "resets", "samples", "tacho", "frames", "outputs", "coils", "events", "facts",
+    "register data", "start", "resets", "samples", "tacho", "frames", "outputs", "coils",
 )  # fmt: skip
-# A start that has not come to its end by then goes round in a loop; one takes 3 s.
-LONGEST_S = 60
+EVENT_CHECKS = [name for name in CHECKS if name not in ("samples", "tacho")]
+# Events that are longer come last, after what the registers say by themselves.
+SHORT_S = 0.005
+RARELY = 48
+# A start, and a run or an event, that have not come to their ends by then go round in a loop:
+# seconds of this process, of which a start takes one and the longest event three.
+START_S, RUN_S = 5, 30
 # Two runs' currents that are less apart are the same.
 COIL_A = 0.005
 EARLIER_BYTES = 200
@@ -43,6 +49,8 @@ EARLIER_BYTES = 200
 MICROPHONE_CHANNELS, TACHO_CHANNEL, CARRIED_BYTES = (0, 1), 4, 128
 # TIM2_EGR acts when it is written, which the register file does not say of it.
 EGR = 0x4000_0014
+# Written for every sleep: when to wake, and that.
+SLEEPS = (0x4000_0010, 0x4000_0034)
 
 
 class Changes:
@@ -70,12 +78,10 @@ class Changes:
 
     def write(self, address, mask, value):
         """Every store passes here; what is returned reaches the bus."""
-        if not self.open or self.bus.core.has_slept:
+        if not self.open or self.bus.core.has_slept or address in SLEEPS:
             return value
         whole = self.bus.stored(address) & ~mask | value & mask
         for name, at, width, before, after in self._fields(address, mask, whole):
-            if self.bus.core.in_handler:
-                continue
             others = {"kept": before}
             if width > 1 and after ^ 1 != before:
                 others["other"] = after ^ 1
@@ -100,6 +106,8 @@ class Trial:
         sound = given.microphone_1.read_bytes()
         # The second microphone hears the same, a little earlier.
         self.bus.analog.sounds = {"PA0": sound, "PA1": sound[EARLIER_BYTES:]}
+        # Until something is driven one PWM period in so many is enough.
+        self.bus.power.every = RARELY
         self.core = Core(given.image, self.bus)
 
     def outcome(self):
@@ -107,7 +115,9 @@ class Trial:
         bus = self.bus
         trace = [step for step in bus.trace if step["kind"] != "script"]
         return {
-            "register data": [f"{f['what']} {f['register']} {f['field']}" for f in bus.judge.findings.values()],
+            "register data": [
+                f"{f['what']} {f['register']} {f['field']}" for f in bus.judge.findings.values()
+            ],
             "resets": [step for step in trace if step["kind"] == "reset"],
             "samples": [
                 *bus.analog.count.values(),
@@ -131,8 +141,11 @@ class Trial:
 
     def run(self, seconds):
         """Runs to a moment, through one reset."""
-        end = round(seconds * TICK_HZ)
+        end, driven = round(seconds * TICK_HZ), round(self.scene["driven_from"] * TICK_HZ)
         try:
+            if self.bus.now < driven:
+                self.core.run(driven)
+                self.bus.power.every = 1
             if not self.core.run(end):
                 self.bus.tree.settled()
                 self.bus.restart()
@@ -143,11 +156,18 @@ class Trial:
         self.bus.tree.settled()
         return {"start": None} | self.outcome()
 
+    def lasts_s(self, event):
+        """From the end of the script to the end of an event."""
+        return self.scene["events"][event][0] - self.scene["seconds"]
+
     def event(self, name):
         """What an event makes, from now on, in a process of its own."""
         seconds, steps = self.scene["events"][name]
 
         def act():
+            if self.lasts_s(name) > SHORT_S:
+                # Nothing is driven any more.
+                self.bus.power.every = RARELY
             self.bus.script = sorted(self.bus.script + ticks(steps), key=lambda step: step[0])
             return self.run(seconds)
 
@@ -165,7 +185,7 @@ def in_child(act):
     child = os.fork()
     if child == 0:
         os.close(reader)
-        signal.alarm(LONGEST_S)
+        give(RUN_S)
         with os.fdopen(writer, "w") as out:
             json.dump(act(), out)
         os._exit(0)
@@ -174,6 +194,11 @@ def in_child(act):
         text = answer.read()
     os.waitpid(child, 0)
     return json.loads(text) if text else None
+
+
+def give(seconds):
+    """This process ends when it has taken so much of the processor from now on."""
+    signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
 
 
 def differs(name, seen, wanted):
@@ -187,18 +212,28 @@ def differs(name, seen, wanted):
 
 def killed_by(trial, baseline):
     """The first check that notices, or none."""
+    while not trial.core.has_slept and trial.bus.reset_by is None:
+        trial.core.run(trial.bus.now + 1)
+    give(RUN_S)
+    if trial.bus.judge.findings:
+        return "register data"
     seen = trial.run(trial.scene["seconds"])
-    for name in CHECKS[:-2]:
+    for name in CHECKS:
         if differs(name, seen, baseline):
             return name
-    for event, wanted in baseline["events"].items():
-        after = trial.event(event)
+    long = [event for event in baseline["events"] if trial.lasts_s(event) > SHORT_S]
+    for event in [event for event in baseline["events"] if event not in long] + ["facts"] + long:
+        if event == "facts":
+            if differs("facts", seen, baseline):
+                return "facts"
+            continue
+        after, wanted = trial.event(event), baseline["events"][event]
         if after is None:
             return f"event {event}: hangs"
-        for name in CHECKS:
-            if name in after and name != "facts" and differs(name, after, wanted):
+        for name in EVENT_CHECKS:
+            if differs(name, after, wanted):
                 return f"event {event}: {name}"
-    return "facts" if differs("facts", seen, baseline) else None
+    return None
 
 
 def whole(trial):
@@ -227,7 +262,7 @@ class Herd:
     def __init__(self, trial, baseline, given):
         self.trial, self.baseline, self.given = trial, baseline, given
         self.part, self.parts = map(int, given.part.split("/"))
-        self.listed, self.running = [], {}
+        self.listed, self.running, self.answer = [], {}, None
 
     def reached(self, mutant):
         """A write that can be changed: true in the process in which it is."""
@@ -244,9 +279,16 @@ class Herd:
             self.running[child] = (mutant, reader)
             return False
         os.close(reader)
-        signal.alarm(LONGEST_S)
+        give(START_S)
         self.answer = writer
         return True
+
+    def tell(self, verdict):
+        """A mutant's last word; the unchanged image has none, and is not stuck."""
+        if self.answer is not None:
+            os.write(self.answer, json.dumps(verdict).encode())
+            os._exit(0)
+        raise SystemExit(f"mutants.py: the unchanged image: {verdict}")
 
     def collect(self):
         """Waits for one to end."""
@@ -254,25 +296,25 @@ class Herd:
         mutant, reader = self.running.pop(child)
         with os.fdopen(reader) as answer:
             text = answer.read()
+        if os.WIFEXITED(status) and os.WEXITSTATUS(status):
+            raise SystemExit(f"mutants.py: the model fails at {mutant['mutant']}")
         mutant["killed_by"] = json.loads(text) if text else "start: does not end"
-        del status
+        print(f"{mutant['mutant']}: {mutant['killed_by']}", file=sys.stderr)
 
     def work(self):
         """Runs the start; every mutant leaves it at its own write."""
         trial = self.trial
         trial.bus.changes = Changes(trial.bus, self.reached)
-        self.answer = None
-        verdict = None
         try:
-            while not trial.core.has_slept or self.answer is not None:
-                if self.answer is not None:
-                    verdict = killed_by(trial, self.baseline)
-                    break
+            while not trial.core.has_slept and self.answer is None:
                 trial.core.run(trial.bus.now + 1)
-        finally:
             if self.answer is not None:
-                os.write(self.answer, json.dumps(verdict).encode())
-                os._exit(0)
+                self.tell(killed_by(trial, self.baseline))
+        except Stuck as why:
+            self.tell(f"start: {why}")
+        except BaseException:
+            traceback.print_exc()
+            os._exit(1)
         while self.running:
             self.collect()
         return self.listed
@@ -284,7 +326,10 @@ def main():
     trial = Trial(given)
     baseline = in_child(lambda: whole(trial))
     if baseline is None or baseline["start"] or baseline["register data"]:
-        print(f"mutants.py: the unchanged image fails: {baseline and baseline['register data']}", file=sys.stderr)
+        print(
+            f"mutants.py: the unchanged image fails: {baseline and baseline['register data']}",
+            file=sys.stderr,
+        )
         return 1
     listed = Herd(trial, baseline, given).work()
     given.folder.mkdir(parents=True, exist_ok=True)

@@ -138,9 +138,17 @@ class Judge:
         key = (what, register, field)
         into = self.excepted if key in EXCEPTIONS else self.findings
         entry = into.setdefault(
-            key, {"what": what, "register": register, "field": field, "detail": detail,
-                  "s": self.bus.now / self.bus.TICK_HZ, "near": hex(self.bus.core.place()), "times": 0},
-        )  # fmt: skip
+            key,
+            {
+                "what": what,
+                "register": register,
+                "field": field,
+                "detail": detail,
+                "s": self.bus.now / self.bus.TICK_HZ,
+                "near": hex(self.bus.core.place()),
+                "times": 0,
+            },
+        )
         entry["times"] += 1
 
     def _known(self, address, kind):
@@ -201,9 +209,7 @@ class Judge:
             "accesses": self.counts,
             "registers": len(self.touched),
             "findings": list(self.findings.values()),
-            "excepted": [
-                entry | {"why": EXCEPTIONS[key]} for key, entry in self.excepted.items()
-            ],
+            "excepted": [entry | {"why": EXCEPTIONS[key]} for key, entry in self.excepted.items()],
         }
 
 

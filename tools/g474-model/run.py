@@ -34,8 +34,8 @@ import sys
 
 import registers
 from bus import TICK_HZ, Bus
-from facts import facts
 from core import Core, NoImage, Stuck
+from facts import facts
 
 
 def arguments():
@@ -81,7 +81,10 @@ def main():
     """One run; exit code 1 when the image got stuck."""
     given = arguments()
     steps = script_of(given.script) if given.script else []
-    bus = Bus([[round(s * TICK_HZ), name, value] for s, name, value in steps], registers.load(given.registers))
+    bus = Bus(
+        [[round(s * TICK_HZ), name, value] for s, name, value in steps],
+        registers.load(given.registers),
+    )
     for pin, path in (("PA0", given.microphone_1), ("PA1", given.microphone_2)):
         if path:
             bus.analog.sounds[pin] = sound_of(path)

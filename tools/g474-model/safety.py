@@ -67,7 +67,6 @@ class FlashMemory:
             # Whoever waits waits to the end, and no interrupt is served meanwhile: handlers
             # lie in the same bank, as far as anybody knows.
             self.bus.passing(self.busy_until - self.bus.now)
-        return None
 
     def write(self, address, value):
         if address == FLASH_ECCR:

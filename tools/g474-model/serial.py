@@ -20,7 +20,11 @@ class Serial:
     def byte_ticks(self):
         """Ticks of one byte of ten bits."""
         hz = self.bus.tree.serial()
-        return round(10 * self.bus.TICK_HZ * max(self.bus.stored(USART2 + BRR), 1) / hz) if hz else NEVER
+        return (
+            round(10 * self.bus.TICK_HZ * max(self.bus.stored(USART2 + BRR), 1) / hz)
+            if hz
+            else NEVER
+        )
 
     @until_written
     def understood(self, pin, signal):

@@ -243,7 +243,9 @@ class BreakTimer:
         mode = bus.stored(TIM1 + CCMR1 + 4 * (channel // 2)) >> 8 * (channel % 2)
         polarity = bus.stored(TIM1 + CCER) >> 4 * channel
         reaches = all(bus.pins.leads_to(*gate) for gate in GATES[channel])
-        if not (polarity & 5 == 5 and reaches and mode & 3 == 0 and mode & 0x1_0070 in (0x60, 0x70)):
+        if not (
+            polarity & 5 == 5 and reaches and mode & 3 == 0 and mode & 0x1_0070 in (0x60, 0x70)
+        ):
             return None
         return "inverted" if (mode & 0x70 == 0x70) ^ polarity >> 1 & 1 else "straight"
 

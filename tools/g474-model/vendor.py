@@ -37,7 +37,7 @@ WRITER_TYPE = re.compile(
     r"pub type (\w+)_W<'a, REG> =\s+crate::(Field|Bit)Writer([01][CST])?<'a, REG(?:, (\d+))?"
     r"(?:, (\w+))?(?:, crate::(\w+))?>;"
 )
-ENUM = re.compile(r"pub enum (\w+) \{(.*?)\n\}", re.S)
+ENUM = re.compile(r"pub enum (\w+) \{(.*?)\n\}", re.DOTALL)
 WORD = re.compile(r"impl crate::RegisterSpec for \w+ \{\s*type Ux = u(\d+);")
 RESET = re.compile(r"const RESET_VALUE: u\d+ = (0x[0-9a-f_]+|\d+);")
 
@@ -167,10 +167,14 @@ def registers(package):
 def bits_of(package, kind, register):
     """The bit of every one-bit field of a register of the RCC."""
     text = text_of(package / "src/registers" / f"{kind}.rs")
-    found = re.search(rf'FieldSet \{{\s*name: "{register.capitalize()}",.*?\n        \}},', text, re.S)
+    found = re.search(
+        rf'FieldSet \{{\s*name: "{register.capitalize()}",.*?\n        \}},', text, re.DOTALL
+    )
     if not found:
         raise Unreadable(f"{package}: {kind}.rs has no register {register}")
-    fields = re.findall(r'name: "(\w+)",\n.*?offset: (\d+)', found[0].split("fields:")[1], re.S)
+    fields = re.findall(
+        r'name: "(\w+)",\n.*?offset: (\d+)', found[0].split("fields:")[1], re.DOTALL
+    )
     return {name: number(at) for name, at in fields}
 
 
@@ -192,7 +196,9 @@ def peripherals(package):
     known = {}
 
     def bit(part, what):
-        named = re.search(rf'{what}: Some\(PeripheralRccRegister \{{\s*register: "(\w+)",\s*field: "(\w+)"', part)
+        named = re.search(
+            rf'{what}: Some\(PeripheralRccRegister \{{\s*register: "(\w+)",\s*field: "(\w+)"', part
+        )
         if not named:
             return None
         register, field = named.groups()
@@ -221,13 +227,17 @@ def peripherals(package):
             "requests": {
                 signal: number(request)
                 for signal, request in re.findall(
-                    r'PeripheralDmaChannel \{\s*signal: "(\w+)",.*?request: Some\((\d+)\)', part, re.S
+                    r'PeripheralDmaChannel \{\s*signal: "(\w+)",.*?request: Some\((\d+)\)',
+                    part,
+                    re.DOTALL,
                 )
             },
             "triggers": dict(
                 re.findall(r'PeripheralTrigger \{\s*signal: "(\w+)",\s*source: "(\w+)"', part)
             ),
-            "interrupts": re.findall(r'PeripheralInterrupt \{\s*signal: "\w+",\s*interrupt: "(\w+)"', part),
+            "interrupts": re.findall(
+                r'PeripheralInterrupt \{\s*signal: "\w+",\s*interrupt: "(\w+)"', part
+            ),
         }
     interrupts = re.findall(r'name: "(\w+)",\s*number: (\d+)', text.split("static INTERRUPTS")[1])
     return found, {name: number(at) for name, at in interrupts}
@@ -236,9 +246,9 @@ def peripherals(package):
 def version(package, name):
     """The version of a package, by its own manifest."""
     text = text_of(package / "Cargo.toml")
-    if not re.search(rf'^name = "{name}"$', text, re.M):
+    if not re.search(rf'^name = "{name}"$', text, re.MULTILINE):
         raise Unreadable(f"{package}: not the package {name}")
-    return re.search(r'^version = "([^"]+)"$', text, re.M)[1]
+    return re.search(r'^version = "([^"]+)"$', text, re.MULTILINE)[1]
 
 
 def main():
