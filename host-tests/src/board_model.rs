@@ -157,7 +157,7 @@ fn frames(path: &Path, is_cut: bool) -> Vec<(Head, Telemetry)> {
 fn blocks(path: &Path) -> Vec<(u32, u32)> {
     let bytes = std::fs::read(path).unwrap_or_default();
     assert!(
-        bytes.len() % 8 == 0,
+        bytes.len().is_multiple_of(8),
         "the trace {path:?} ends within a block"
     );
     let number = |bytes: &[u8]| u32::from_le_bytes(bytes.try_into().expect("four bytes"));

@@ -4,7 +4,7 @@ Derived from the registers as they stand at the end of a run; what a run itself 
 verdicts, breaks) is not repeated here.
 """
 
-from analog import ADC, COIL_CHANNELS, COMP, DAC, MINUS, REFERENCE_V
+from analog import ADC, COIL_CHANNELS, COMP, DAC, MINUS, OPAMP4, REFERENCE_V
 from timers import BDTR, CCER, CCMR1, CR1, DEBUG_APB2, FILTER_TICKS, TIM1, TIM2
 
 HYSTERESIS_MV = (0, 10, 20, 30, 40, 50, 60, 70)
@@ -52,6 +52,7 @@ def facts(bus):
         f"comparators: on {bdtr >> 24 & 1}, high {bdtr >> 25 & 1}, {filters[1]} ticks; "
         f"automatic return {bdtr >> 14 & 1}; lock {bdtr >> 8 & 3}",
         "break sources": f"{stored(TIM1 + 0x60):#x} {stored(TIM1 + 0x64):#x}",
+        "clock": f"TIM2 overflow told: {stored(TIM2 + 0xC) & 1}",
         "tacho": f"CCMR2 {stored(TIM2 + CCMR1 + 4):#x}, CCER {stored(TIM2 + CCER):#x}",
     }
     for adc in ADC:
@@ -74,6 +75,7 @@ def facts(bus):
             f"{HYSTERESIS_MV[control >> 16 & 7]} mV, inverted {control >> 15 & 1}, "
             f"blanked {control >> 19 & 7}"
         )
+    found["OPAMP4"] = f"{analog.source(5, 5)} to ADC5, CSR {stored(OPAMP4):#x}"
     found["valve"] = f"code {analog.valve()}, mode {analog.dac_mode(1, 1)}"
     for dac in (1, 3, 4):
         found[f"DAC{dac}"] = f"CR {stored(DAC[dac]):#x}, MCR {stored(DAC[dac] + 0x3C):#x}"
