@@ -35,7 +35,6 @@ COMPARATORS = tuple(MINUS)
 # The channel of ADC5 that OPAMP4's output is inside the chip (RM0440, 21.4.11): ours.
 OPAMP4_CHANNEL = (5, 5)
 MICROPHONES, COILS = (1, 2), (3, 4, 5)
-COIL_CHANNELS = {3: (1, 12, 5), 4: (4, 3, 5), 5: (1, 2, 5)}
 REFERENCE_V = 3.3
 NEVER = 1 << 62
 

@@ -4,7 +4,7 @@ Derived from the registers as they stand at the end of a run; what a run itself 
 verdicts, breaks) is not repeated here.
 """
 
-from analog import ADC, COIL_CHANNELS, COMP, DAC, MINUS, OPAMP4, REFERENCE_V
+from analog import ADC, COMP, DAC, MICROPHONES, MINUS, OPAMP4, REFERENCE_V
 from timers import BDTR, CCER, CCMR1, CR1, DEBUG_APB2, FILTER_TICKS, TIM1, TIM2
 
 HYSTERESIS_MV = (0, 10, 20, 30, 40, 50, 60, 70)
@@ -56,7 +56,10 @@ def facts(bus):
         "tacho": f"CCMR2 {stored(TIM2 + CCMR1 + 4):#x}, CCER {stored(TIM2 + CCER):#x}",
     }
     for adc in ADC:
-        channels = COIL_CHANNELS.get(adc) or [stored(ADC[adc] + 0x30) >> 6 & 31]
+        injected, ranks = stored(ADC[adc] + 0x4C), (9, 15, 21, 27)
+        channels = [injected >> at & 31 for at in ranks[: (injected & 3) + 1]]
+        if adc in MICROPHONES:
+            channels = [stored(ADC[adc] + 0x30) >> 6 & 31]
         times = ", ".join(
             f"{analog.source(adc, channel)} {analog.sampling_s(adc, channel) * 1e9:.0f} ns"
             for channel in channels
