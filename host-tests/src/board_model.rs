@@ -80,12 +80,72 @@ pub fn run(
         false => Trace::default(),
     };
     let is_cut = options.contains(&"--resets");
+    let run = read_json(&folder.path().join("run.json"));
+    // Every access to a register is judged by published data, in every test.
+    let findings = run["judged"]["findings"].as_array().expect("a list");
+    assert!(findings.is_empty(), "{name}: {findings:#?}");
     Some(Seen {
         frames: frames(&folder.path().join("frames.bin"), is_cut),
-        run: read_json(&folder.path().join("run.json")),
+        run,
         trace,
         program,
     })
+}
+
+/// What the model says when it refuses what it is given: the image, then options; an image of no
+/// name is the board's own.
+///
+/// # Panics
+/// It refuses nothing.
+#[must_use]
+pub fn refused(name: &str, arguments: &[String]) -> Option<String> {
+    let (image, model, packages) = board_image_or_skip(name)?;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (given, options) = arguments.split_first().expect("an image");
+    let image = Some(given)
+        .filter(|name| !name.is_empty())
+        .map_or(image, Into::into);
+    let output = Command::new("python3")
+        .env("PYTHONPATH", packages)
+        .arg(model)
+        .args([&image, folder.path()])
+        .args(["--seconds", "0.001"])
+        .args(options)
+        .output()
+        .expect("python3 starts");
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {output:?}");
+    Some(String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+/// Every configuration write of the image's start, changed in turn: `part` of them, as "0/4".
+/// What was run has `killed_by`.
+///
+/// # Panics
+/// The unchanged image fails in the scene.
+#[must_use]
+pub fn mutants(name: &str, codes: &[u16], scene: &Value, part: &str) -> Option<Vec<Value>> {
+    let (image, model, packages) = board_image_or_skip(name)?;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let sound = folder.path().join("sound.u16");
+    let bytes: Vec<u8> = codes.iter().flat_map(|code| code.to_le_bytes()).collect();
+    std::fs::write(&sound, bytes).expect("the temporary folder takes files");
+    let script = folder.path().join("scene.json");
+    std::fs::write(&script, scene.to_string()).expect("the temporary folder takes files");
+    let output = Command::new("python3")
+        .env("PYTHONPATH", packages)
+        .arg(model.with_file_name("mutants.py"))
+        .args([&image, folder.path()])
+        .arg("--scene")
+        .arg(script)
+        .arg("--microphone-1")
+        .arg(sound)
+        .args(["--part", part])
+        .output()
+        .expect("python3 starts");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{name}: {said}");
+    let found = read_json(&folder.path().join("mutants.json"));
+    found.as_array().cloned()
 }
 
 fn read_json(path: &Path) -> Value {
@@ -129,7 +189,7 @@ pub fn made_by_another_compiler(test: &str) -> bool {
 }
 
 /// The host at the link: what it says becomes steps of the model's script.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Clone)]
 pub struct Host {
     /// The steps, to be added to.
     pub steps: Vec<Value>,

@@ -49,30 +49,48 @@ MSR_PRIMASK = b"\x10\x88"
 WFI = b"\x30\xbf"
 
 PAINT = 0xA5
+# e_machine of an ELF file.
+ARM = 40
 
 
 class Stuck(Exception):
     """The image did what the core cannot do. (One that hangs, hangs this program as well.)"""
 
 
+class NoImage(Exception):
+    """What was given is no image for this chip; the message says why."""
+
+
 def load_segments(path):
-    """Physical address and bytes of every loaded part of an ELF file."""
-    elf = open(path, "rb").read()
+    """Physical address and bytes of every loaded part of an ELF file for this chip."""
+    try:
+        elf = path.read_bytes()
+    except OSError as why:
+        raise NoImage(f"{path}: {why.strerror}") from why
     if elf[:4] != b"\x7fELF":
-        raise SystemExit(f"{path}: no ELF file")
+        raise NoImage(f"{path}: no ELF file")
+    if len(elf) < 52 or struct.unpack_from("<BxH", elf, 4)[0] != 1 or elf[18] != ARM:
+        raise NoImage(f"{path}: an ELF file, but not of 32 bits for ARM")
     offset, size, count = (
         struct.unpack_from("<I", elf, 28)[0],
         *struct.unpack_from("<HH", elf, 42),
     )
+    if offset + size * count > len(elf):
+        raise NoImage(f"{path}: ends within its header")
+    parts = []
     for k in range(count):
         kind, start, _, address, length = struct.unpack_from("<5I", elf, offset + k * size)
-        if kind == 1 and length and not FLASH <= address <= FLASH + FLASH_BYTES - length:
-            raise SystemExit(
-                f"{path}: an image for another chip: it lies at {address:#x}, the flash of an"
-                f" STM32G474 at {FLASH:#x}; give one that `cargo fw build nucleo-g474re` makes"
-            )
         if kind == 1 and length:
-            yield address, elf[start : start + length]
+            parts.append((address, elf[start : start + length]))
+            inside = FLASH <= address and address + length <= FLASH + FLASH_BYTES
+            if not inside:
+                raise NoImage(
+                    f"{path}: has {length} bytes at {address:#x}, and the flash of the STM32G474RE "
+                    f"is {FLASH:#x} to {FLASH + FLASH_BYTES - 1:#x}; an image for another chip?"
+                )
+    if not any(address == FLASH for address, _ in parts):
+        raise NoImage(f"{path}: has no vectors at {FLASH:#x}; an image for another chip?")
+    return parts
 
 
 def may_unmask(code):
@@ -110,6 +128,7 @@ class Core:
         uc.hook_add(UC_HOOK_MEM_INVALID, self._invalid)
         end = FLASH + FLASH_BYTES - 1
         uc.hook_add(UC_HOOK_MEM_WRITE, self._programs, begin=FLASH, end=end)
+        self.has_slept = False
         self.trouble = None
         self.served = {}
         self.trace = None
@@ -124,6 +143,10 @@ class Core:
         self.uc.reg_write(UC_ARM_REG_PRIMASK, 0)
         self.uc.reg_write(UC_ARM_REG_SP, stack)
         self.pc = reset | 1
+
+    def place(self):
+        """Address of the program that is executed, to within a few instructions."""
+        return self.uc.reg_read(UC_ARM_REG_PC) & ~1
 
     def on_read(self, address, length, act):
         """Calls `act` with the address of every load from there."""
@@ -175,6 +198,7 @@ class Core:
                 self.pc += length
             self._went_on(self.pc)
             if not length and self._slept():
+                self.has_slept = True
                 self._note(trace.SLEEP)
                 # Only an interrupt that is let in, an exception or a reset ends a sleep.
                 while bus.pending_interrupt() is None and bus.exception is None:
@@ -284,5 +308,3 @@ class Core:
     def _invalid(self, uc, _access, address, _size, _value, _data):
         self.trouble = f"access to {address:#x} from {uc.reg_read(UC_ARM_REG_PC):#x}"
         return False
-
-

@@ -10,6 +10,7 @@ pub mod figures;
 pub mod instruction;
 pub mod model;
 pub mod program;
+mod registers;
 pub mod schedule;
 pub mod stack;
 pub mod timing;

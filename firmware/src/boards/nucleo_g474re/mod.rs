@@ -19,6 +19,8 @@ mod chip;
 #[allow(unsafe_code)]
 mod clock;
 #[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
+mod clock_tree;
+#[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
 #[allow(unsafe_code)]
 mod injected;
 #[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
