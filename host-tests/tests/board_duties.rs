@@ -5,7 +5,6 @@
 use host_tests::bars::{all_judged, holds};
 use host_tests::board_model::{Host, NOBODYS, Seen, made_by_another_compiler, run};
 use host_tests::page;
-use host_tests::resources::board_image_or_skip;
 use rarma_core::cers::{Direction, ExcitationJob, Signal};
 use rarma_core::guard::Mode;
 use rarma_core::settings::{
@@ -15,7 +14,6 @@ use rarma_core::settings::{
 use rarma_core::wire::{Answer, Command as Word, ExcitationMessage, Telemetry};
 use serde_json::json;
 use std::fmt::Write as _;
-use std::process::Command;
 use xtask::chip::figures;
 use xtask::chip::schedule::{Preempted, longest, preempted};
 use xtask::chip::timing::{Form, Setup};
@@ -224,59 +222,4 @@ fn passes_of_the_main_loop_are_short() {
     );
     println!("{table}");
     page::holds("docs/flash.md", "board-passes", &table);
-}
-
-/// One line that says what is wrong, and no trace of the program's own.
-#[test]
-fn an_image_for_another_chip_is_refused() {
-    let Some((_, model, packages)) = board_image_or_skip("an_image") else {
-        return;
-    };
-    // 32-bit ELF for ARM with one part, 4 bytes at an address.
-    let image = |at: u32| {
-        let words = [
-            0x464C_457F,
-            0x0001_0101,
-            0,
-            0,
-            0x0028_0002,
-            1,
-            0,
-            52,
-            0,
-            0x0500_0000,
-            0x0020_0034,
-            1,
-            0,
-            1,
-            84,
-            at,
-            at,
-            4,
-            4,
-            5,
-            4,
-            0,
-        ];
-        words
-            .iter()
-            .flat_map(|word: &u32| word.to_le_bytes())
-            .collect()
-    };
-    let elsewhere: Vec<u8> = image(0);
-    for (bytes, said) in [(elsewhere, "another chip"), (b"not".to_vec(), "no ELF")] {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let path = folder.path().join("image.elf");
-        std::fs::write(&path, bytes).expect("the temporary folder takes files");
-        let output = Command::new("python3")
-            .env("PYTHONPATH", &packages)
-            .arg(&model)
-            .args([path.as_path(), folder.path()])
-            .args(["--seconds", "0.01"])
-            .output()
-            .expect("python3 starts");
-        let told = String::from_utf8_lossy(&output.stderr);
-        assert!(!output.status.success());
-        assert!(told.contains(said) && told.lines().count() == 1, "{told}");
-    }
 }
