@@ -4,10 +4,10 @@
 
 use firmware::boards::nucleo_g474re::scaling;
 use firmware::monitor::MonitorDuty;
-use host_tests::board_model::{Host, NOBODYS, SESSION, Seen, run};
-use rarma_core::guard::{FaultCode, Mode, Severity};
+use host_tests::board_model::{Host, SESSION, Seen, run};
+use rarma_core::guard::{FaultCode, Severity};
 use rarma_core::settings::Settings;
-use rarma_core::wire::{Command as Word, FaultMessage, Head, Identity, Started, Telemetry};
+use rarma_core::wire::{FaultMessage, Head, Identity, Started, Telemetry};
 use serde_json::{Value, json};
 
 /// Noise through a resonance at 900 Hz that loses its damping at `onset_s`, as codes.
@@ -94,20 +94,9 @@ fn samples_come_at_their_rate() {
     assert!((23_990..=24_000).contains(&samples), "{samples}");
 }
 
-/// Steps that bring CERS to its bias: contacts closed, heartbeats, start, arm.
+/// Steps that bring CERS to its bias.
 fn armed(seconds: f64) -> Vec<Value> {
-    let mut host = Host::default();
-    host.steps = vec![json!([0.0, "PA6", 1]), json!([0.0, "PC8", 1])];
-    host.say(0.015, Word::Take { turn: NOBODYS });
-    host.say(0.02, Word::Start(Mode::Cers));
-    host.say(0.025, Word::Heartbeat);
-    host.say(0.03, Word::Arm);
-    let mut at = 0.125;
-    while at < seconds {
-        host.say(at, Word::Heartbeat);
-        at += 0.1;
-    }
-    host.steps
+    Host::armed(seconds, &[], None).steps
 }
 
 /// When the outputs went on first, and how and when they went off after that.

@@ -1,20 +1,26 @@
 """The registers of the STM32G474 that the image touches, and the pins behind them.
 
-A register that is not named here keeps what is written to it. Numbers are those of the
-reference manual RM0440. What is told at start-up (a ready bit, the end of a calibration) is
-told at once; what the image does with converters, timers, DMA and the break input follows
-the registers it wrote: a wrong channel, trigger or polarity gives wrong samples here too.
+Every access is judged by the register file first (registers.py), which also has what a reset
+leaves and what a store changes; a register that no part here knows keeps what is written to it.
+How parts behave is the reference manual's, RM0440. What is told at start-up (a ready bit, the
+end of a calibration) is told at once; what the image does with converters, timers, DMA and the
+break input follows the registers it wrote: a wrong channel, trigger, polarity or pin gives
+wrong samples here too.
 """
 
 from analog import Analog
+from clocks import WATCHED, ClockTree
+from dma import DMA1, Dma
 from entropy import Random
+from memo import until_written
+from pins import Pins
+from registers import Judge
 from safety import NMI, FlashMemory, Supply
 from serial import Serial
 from timers import BreakTimer, Clock
 
 RCC, FLASH, PWR = 0x4002_1000, 0x4002_2000, 0x4000_7000
 GPIO = {port: 0x4800_0000 + 0x400 * k for k, port in enumerate("ABCDEFG")}
-DMA1, DMAMUX1 = 0x4002_0000, 0x4002_0800
 IWDG = 0x4000_3000
 NVIC_ENABLE, NVIC_DISABLE = 0xE000_E100, 0xE000_E180
 NVIC_PEND, NVIC_UNPEND = 0xE000_E200, 0xE000_E280
@@ -26,55 +32,31 @@ LSI_HZ = 32_000
 PIN_TICKS = 8
 # FLASH_OPTR of a chip that nobody has set up (RM0440): brown-out at 1.7 V, no parity.
 AS_DELIVERED = 0xFFEF_F8AA
+# Written while the image runs, and nothing that is kept until a register is written hangs on
+# them (memo.py): flags, compare values, the master enable, DACs' codes, pins' levels.
+TIM1, TIM2 = 0x4001_2C00, 0x4000_0000
+RUNNING = (
+    {TIM1 + at for at in (0x10, 0x34, 0x38, 0x3C, 0x40, 0x44)}
+    | {TIM2 + at for at in (0x0C, 0x10, 0x34)}
+    | {base + at for base in GPIO.values() for at in (0x18, 0x28)}
+    | {0x5000_0000 + at for at in (0, 0x100, 0x400, 0x500, 0x600, 0x808, 0x1008, 0x1408)}
+    | {IWDG, 0x4000_4420, AIRCR}
+)
 # Bits of RCC_CSR.
 RESET_FLAG = {"power-on": 27, "brown-out": 27, "software": 28, "watchdog": 29, "pin": 26}
-
-
-class Dma:
-    """One channel, as far as it has got."""
-
-    def __init__(self, bus, number):
-        self.bus, self.number = bus, number
-        self.base = DMA1 + 8 + 20 * number
-        self.done = 0
-        self.started = 0
-
-    def enabled_for(self, request):
-        """Whether it is on and serves this request."""
-        bus = self.bus
-        return bus.stored(self.base) & 1 and bus.stored(DMAMUX1 + 4 * self.number) & 0x7F == request
-
-    def length(self):
-        """Transfers in one round."""
-        return self.bus.stored(self.base + 4)
-
-    def circular(self):
-        """Starts again at its end."""
-        return bool(self.bus.stored(self.base) >> 5 & 1)
-
-    def left(self):
-        """What CNDTR says."""
-        length = self.length()
-        return length - self.done % length if self.circular() and length else length - self.done
-
-    def to_memory(self, data, width):
-        """Transfers elements from a peripheral."""
-        length, memory = self.length(), self.bus.stored(self.base + 12)
-        for at in range(0, len(data), width):
-            if not self.circular() and self.done >= length:
-                return
-            place = memory + self.done % length * width
-            self.bus.core.uc.mem_write(place, data[at : at + width])
-            self.done += 1
 
 
 class Bus:
     """All registers, by address."""
 
-    def __init__(self, script):
+    TICK_HZ = TICK_HZ
+
+    def __init__(self, script, registers):
         self.now = 0
+        self.judge, self.data = Judge(self, registers), registers
+        self.pins = Pins(self, registers)
         self.longest_unfed = 0
-        self.core = None
+        self.core = self.changes = None
         self.trace = []
         self.register = {}
         self.levels = {}
@@ -89,20 +71,22 @@ class Bus:
 
     def _start(self, cause):
         """Registers as a reset leaves them."""
-        self.clock, self.supply = Clock(self), Supply(self)
+        self.clock, self.supply, self.tree = Clock(self), Supply(self), ClockTree(self)
         every = self.power.every
         self.power = BreakTimer(self)
         self.power.every = every
         self.analog.restart()
         self.parts = [self.clock, self.power, self.analog, self.serial, self.flash, self.supply]
         self.parts.append(self.random)
-        # As delivered: two banks of flash, caches on, the brown-out level. Then why there
-        # was a reset.
-        self.register = {FLASH: 0x600, FLASH + 0x20: self.options, RCC + 0x94: 1 << RESET_FLAG[cause]}
+        # What a reset leaves is the register file's, but for the option bytes and why there was
+        # a reset: flags of those before it stay until they are taken back.
+        flags = self.register.get(RCC + 0x94, 0) & 0xFE00_0000 | 1 << RESET_FLAG[cause]
+        self.register = {FLASH + 0x20: self.options, RCC + 0x94: flags}
+        self.settled = {}
         self.enabled, self.pended = set(), set()
         self.dma = [Dma(self, k) for k in range(8)]
         self.fed = self.watchdog_ticks = self.reset_by = self.exception = None
-        self.hung = self.halted = False
+        self.hung = self.halted = self.watchdog_open = False
         self.before = {}
 
     def restart(self):
@@ -115,16 +99,27 @@ class Bus:
 
     def stored(self, address):
         """The word kept at an address."""
-        return self.register.get(address, 0)
+        found = self.register.get(address)
+        return self.judge.reset_value(address) if found is None else found
 
+    @property
+    def bus(self):
+        """Itself: what is asked of it is kept like what is asked of a part."""
+        return self
+
+    @until_written
     def channel(self, request):
         """The DMA channel that serves a request."""
         return next((dma for dma in self.dma if dma.enabled_for(request)), None)
 
+    def request(self, peripheral, signal):
+        """The number of a peripheral's DMA request."""
+        return self.data["peripherals"][peripheral]["requests"][signal]
+
     def read(self, address, size):
         """A load of the image."""
         word = address & ~3
-        value = self._word(word)
+        value = self._word(word) if self.judge.read(word) else 0
         return value >> 8 * (address & 3) & (1 << 8 * size) - 1
 
     def _word(self, address):
@@ -132,8 +127,9 @@ class Bus:
         for part in self.parts:
             if (found := part.read(address)) is not None:
                 return found
-        if address == RCC:  # every oscillator that is on is ready
-            return value | (value & 0x100) << 2 | (value & 0x0101_0000) << 1
+        if address == RCC:  # every oscillator that is on is ready, and the PLL that has one
+            ready = (value & 0x100) << 2 | (value & 0x1_0000) << 1
+            return value | ready | (self.tree.pll()[1] > 0) << 25
         if address == RCC + 8:  # the clock that is chosen is in use
             return value & ~0xC | (value & 3) << 2
         if address in (RCC + 0x90, RCC + 0x94, RCC + 0x98):
@@ -148,11 +144,32 @@ class Bus:
     def write(self, address, size, value):
         """A store of the image."""
         word, shift = address & ~3, 8 * (address & 3)
-        if size < 4:
-            mask = (1 << 8 * size) - 1 << shift
-            value = self.stored(word) & ~mask | value << shift & mask
-        self._store(word, value)
+        mask = (1 << 8 * size) - 1 << shift
+        if self.changes is not None:
+            value = self.changes.write(word, mask, value << shift) >> shift
+        value = self.stored(word) & ~mask | value << shift & mask
+        if self.judge.write(word, value, mask):
+            old = self.stored(word)
+            self._store(word, value)
+            if word not in RUNNING:
+                self.settled.clear()
+            for bit, addresses in self.judge.resets.get(word, {}).items():
+                if value & ~old & 1 << bit:
+                    self._put_back(addresses)
+            if word in WATCHED:
+                self.tree.written(word, old)
         self.core.interrupt_check()
+
+    def _put_back(self, addresses):
+        """A reset of the RCC: registers and parts as after the chip's own."""
+        for address in addresses:
+            self.register.pop(address, None)
+        self.settled.clear()
+        for part in self.parts:
+            part.put_back(addresses)
+        for dma in self.dma:
+            if dma.base in addresses:
+                dma.done = 0
 
     def _store(self, address, value):
         if any(part.write(address, value) for part in self.parts):
@@ -174,6 +191,11 @@ class Bus:
                 self.reset("software")
         elif address == IWDG:
             self._watchdog(value)
+        elif address in (IWDG + 4, IWDG + 8) and not self.watchdog_open:
+            self.judge.find("is locked", "IWDG")
+        elif address == RCC + 0x94:
+            flags = 0 if value >> 23 & 1 else self.stored(address) & 0xFE00_0000
+            self.register[address] = value & 1 | flags
         elif self._is_port(address, value):
             pass
         else:
@@ -181,7 +203,9 @@ class Bus:
                 if value & 1 and not self.stored(address) & 1:
                     channel = self.dma[(address - DMA1 - 8) // 20]
                     channel.done, channel.started = 0, self.now
-            self.register[address] = value
+            register = self.judge.registers.get(address)
+            old = self.stored(address)
+            self.register[address] = register.takes(old, value) if register else value
 
     def _is_port(self, address, value):
         for port, base in GPIO.items():
@@ -216,6 +240,7 @@ class Bus:
     # --- watchdog and reset
 
     def _watchdog(self, key):
+        self.watchdog_open = key == 0x5555
         if key == 0xCCCC:
             divider = 4 << (self.stored(IWDG + 4) & 7)
             count = (self.stored(IWDG + 8) & 0xFFF or 0xFFF) + 1

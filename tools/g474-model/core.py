@@ -7,9 +7,9 @@ served at a time, in the order of their numbers: priorities and preemption are n
 
 import struct
 
+import trace
 from unicorn import (
     UC_ARCH_ARM,
-    UC_HOOK_BLOCK,
     UC_HOOK_CODE,
     UC_HOOK_INTR,
     UC_HOOK_MEM_INVALID,
@@ -32,6 +32,9 @@ from unicorn.arm_const import (
 
 FLASH, FLASH_BYTES = 0x0800_0000, 0x8_0000
 RAM, RAM_BYTES = 0x2000_0000, 0x2_0000
+# The memory coupled to the core, where it fetches from; its second address, for data, is the end of
+# RAM: what is written at the one is not seen at the other.
+COUPLED, COUPLED_BYTES = 0x1000_0000, 0x8000
 SYSTEM_FLASH = 0x1FFF_0000
 PERIPHERALS, PERIPHERALS_BYTES = 0x4000_0000, 0x1010_0000
 PRIVATE, PRIVATE_BYTES = 0xE000_0000, 0x10_0000
@@ -46,25 +49,48 @@ MSR_PRIMASK = b"\x10\x88"
 WFI = b"\x30\xbf"
 
 PAINT = 0xA5
+# e_machine of an ELF file.
+ARM = 40
 
 
 class Stuck(Exception):
     """The image did what the core cannot do. (One that hangs, hangs this program as well.)"""
 
 
+class NoImage(Exception):
+    """What was given is no image for this chip; the message says why."""
+
+
 def load_segments(path):
-    """Physical address and bytes of every loaded part of an ELF file."""
-    elf = open(path, "rb").read()
+    """Physical address and bytes of every loaded part of an ELF file for this chip."""
+    try:
+        elf = path.read_bytes()
+    except OSError as why:
+        raise NoImage(f"{path}: {why.strerror}") from why
     if elf[:4] != b"\x7fELF":
-        raise SystemExit(f"{path}: no ELF file")
+        raise NoImage(f"{path}: no ELF file")
+    if len(elf) < 52 or struct.unpack_from("<BxH", elf, 4)[0] != 1 or elf[18] != ARM:
+        raise NoImage(f"{path}: an ELF file, but not of 32 bits for ARM")
     offset, size, count = (
         struct.unpack_from("<I", elf, 28)[0],
         *struct.unpack_from("<HH", elf, 42),
     )
+    if offset + size * count > len(elf):
+        raise NoImage(f"{path}: ends within its header")
+    parts = []
     for k in range(count):
         kind, start, _, address, length = struct.unpack_from("<5I", elf, offset + k * size)
         if kind == 1 and length:
-            yield address, elf[start : start + length]
+            parts.append((address, elf[start : start + length]))
+            inside = FLASH <= address and address + length <= FLASH + FLASH_BYTES
+            if not inside:
+                raise NoImage(
+                    f"{path}: has {length} bytes at {address:#x}, and the flash of the STM32G474RE "
+                    f"is {FLASH:#x} to {FLASH + FLASH_BYTES - 1:#x}; an image for another chip?"
+                )
+    if not any(address == FLASH for address, _ in parts):
+        raise NoImage(f"{path}: has no vectors at {FLASH:#x}; an image for another chip?")
+    return parts
 
 
 def may_unmask(code):
@@ -83,6 +109,7 @@ class Core:
         uc.mem_map(FLASH, FLASH_BYTES)
         uc.mem_write(FLASH, b"\xff" * FLASH_BYTES)
         uc.mem_map(RAM, RAM_BYTES)
+        uc.mem_map(COUPLED, COUPLED_BYTES)
         # Not up to the memory: a stack that leaves it must not find anything there.
         uc.mem_map(SYSTEM_FLASH, 0x8000)
         uc.mem_write(RETURN, b"\x00\xbf" * 4)
@@ -101,12 +128,10 @@ class Core:
         uc.hook_add(UC_HOOK_MEM_INVALID, self._invalid)
         end = FLASH + FLASH_BYTES - 1
         uc.hook_add(UC_HOOK_MEM_WRITE, self._programs, begin=FLASH, end=end)
+        self.has_slept = False
         self.trouble = None
         self.served = {}
-        self.instructions = 0
-        # Address and bytes of every block that was executed while counting.
-        self.blocks = bytearray()
-        self._lengths = {}
+        self.trace = None
         uc.mem_write(RAM, bytes([PAINT]) * RAM_BYTES)
         self.restart()
 
@@ -119,6 +144,10 @@ class Core:
         self.uc.reg_write(UC_ARM_REG_SP, stack)
         self.pc = reset | 1
 
+    def place(self):
+        """Address of the program that is executed, to within a few instructions."""
+        return self.uc.reg_read(UC_ARM_REG_PC) & ~1
+
     def on_read(self, address, length, act):
         """Calls `act` with the address of every load from there."""
         self.uc.hook_add(
@@ -128,11 +157,10 @@ class Core:
             end=address + length - 1,
         )
 
-    def count_instructions(self):
-        """From now on `instructions` counts every one that is executed."""
-        self.uc.hook_add(UC_HOOK_BLOCK, self._block)
-        # What is translated already knows nothing of the hook.
-        self.uc.ctl_flush_tb()
+    def start_trace(self):
+        """From now on everything that is executed is kept."""
+        self.trace = trace.Trace(self.uc, self.bus, (FLASH, FLASH_BYTES))
+        self.trace.add(trace.MASKED, self.uc.reg_read(UC_ARM_REG_PRIMASK))
 
     def vector(self, number):
         """Address of an exception's handler."""
@@ -168,14 +196,20 @@ class Core:
             self.pc = self.uc.reg_read(UC_ARM_REG_PC) | 1
             if length := self._unmask():
                 self.pc += length
-            elif self._slept():
+            self._went_on(self.pc)
+            if not length and self._slept():
+                self.has_slept = True
+                self._note(trace.SLEEP)
                 # Only an interrupt that is let in, an exception or a reset ends a sleep.
                 while bus.pending_interrupt() is None and bus.exception is None:
                     if bus.now >= until or bus.reset_by is not None or bus.hung:
                         break
                     bus.advance(min(bus.next_event(), until))
+                self._note(trace.WAKE)
             if bus.exception is not None:
+                self._note(trace.ENTER, bus.exception)
                 self.call(self.vector(bus.exception))
+                self._note(trace.LEAVE)
                 bus.exception = None
             self._serve()
         return bus.reset_by is None
@@ -196,6 +230,7 @@ class Core:
             if pc & ~1 == RETURN:
                 break
             pc += self._unmask()
+            self._went_on(pc)
         self.in_handler = False
         if self.bus.reset_by is None:
             uc.context_restore(context)
@@ -208,7 +243,9 @@ class Core:
                 break
             self.served[number] = self.served.get(number, 0) + 1
             self.bus.take(number)
+            self._note(trace.ENTER, 16 + number)
             self.call(self.vector(16 + number))
+            self._note(trace.LEAVE)
         self.wants = False
 
     def _execute(self, pc, until):
@@ -241,23 +278,21 @@ class Core:
         if self.wants or self.bus.pending_interrupt() is not None:
             uc.emu_stop()
 
-    def _block(self, uc, address, size, _data):
-        self.blocks += struct.pack("<II", address, size)
-        count = self._lengths.get((address, size))
-        if count is None:
-            code = bytes(uc.mem_read(address, size))
-            count, at = 0, 0
-            while at + 1 < len(code):
-                # Five leading bits above 0b11100: an instruction of two halfwords.
-                at += 4 if code[at + 1] >> 3 > 0b11100 else 2
-                count += 1
-            self._lengths[(address, size)] = count
-        self.instructions += count
+    def _note(self, kind, detail=0):
+        if self.trace:
+            self.trace.moment(kind, detail)
+
+    def _went_on(self, pc):
+        if self.trace:
+            self.trace.add(trace.GO_ON, pc & ~1)
 
     def _read(self, _uc, offset, size, base):
         return self.bus.read(base + offset, size)
 
     def _write(self, _uc, offset, size, value, base):
+        if self.trace:
+            here = self.uc.reg_read(UC_ARM_REG_PC)
+            self.trace.add(trace.STORE, base + offset, here)
         self.bus.write(base + offset, size, value)
 
     def _programs(self, uc, _access, address, _size, _value, _data):
@@ -273,5 +308,3 @@ class Core:
     def _invalid(self, uc, _access, address, _size, _value, _data):
         self.trouble = f"access to {address:#x} from {uc.reg_read(UC_ARM_REG_PC):#x}"
         return False
-
-

@@ -31,6 +31,9 @@ class Random:
     def write(self, address, value):
         return address == RNG + SR
 
+    def put_back(self, addresses):
+        pass
+
     def next_event(self):
         return NEVER
 

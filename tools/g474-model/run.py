@@ -22,9 +22,8 @@ loop does not matter; from the moment on from which instructions are counted, ev
 
 FOLDER gets `frames.bin`, what the link said, and `run.json`: what was seen from outside
 (outputs, pins, DACs, resets, erases), the longest time between two feedings of the
-watchdog, the stack used, the interrupts served, and with --count-from
-the instructions executed from that moment on, in `blocks.bin` the address and length of every
-block of them in their order, two little-endian 32-bit numbers each.
+watchdog, the stack used, the interrupts served, and with --count-from,
+from that moment on, in `trace.bin`, what was executed (trace.py).
 """
 
 import argparse
@@ -32,8 +31,10 @@ import json
 import pathlib
 import sys
 
+import registers
 from bus import TICK_HZ, Bus
-from core import Core, Stuck
+from core import Core, NoImage, Stuck
+from facts import facts
 
 
 def arguments():
@@ -41,6 +42,7 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("image", type=pathlib.Path)
     parser.add_argument("folder", type=pathlib.Path)
+    parser.add_argument("--registers", type=pathlib.Path, default=registers.find())
     parser.add_argument("--seconds", type=float, required=True)
     parser.add_argument("--microphone-1", type=pathlib.Path)
     parser.add_argument("--microphone-2", type=pathlib.Path)
@@ -51,14 +53,40 @@ def arguments():
     return parser.parse_args()
 
 
+class Refused(Exception):
+    """A file that cannot be used; the message says which and why."""
+
+
+def script_of(path):
+    """The steps of a script."""
+    try:
+        return json.loads(path.read_text())
+    except (OSError, ValueError) as why:
+        raise Refused(f"script {path} is broken: {why}") from why
+
+
+def sound_of(path):
+    """The codes of a microphone."""
+    try:
+        codes = path.read_bytes()
+    except OSError as why:
+        raise Refused(f"{path}: {why.strerror}") from why
+    if len(codes) % 2:
+        raise Refused(f"{path}: ends within a code of two bytes")
+    return codes
+
+
 def main():
     """One run; exit code 1 when the image got stuck."""
     given = arguments()
-    steps = json.loads(given.script.read_text()) if given.script else []
-    bus = Bus([[round(s * TICK_HZ), name, value] for s, name, value in steps])
+    steps = script_of(given.script) if given.script else []
+    bus = Bus(
+        [[round(s * TICK_HZ), name, value] for s, name, value in steps],
+        registers.load(given.registers),
+    )
     for pin, path in (("PA0", given.microphone_1), ("PA1", given.microphone_2)):
         if path:
-            bus.analog.sounds[pin] = path.read_bytes()
+            bus.analog.sounds[pin] = sound_of(path)
     bus.power.every = given.bridge_every
     core = Core(given.image, bus)
     end = round(given.seconds * TICK_HZ)
@@ -66,7 +94,7 @@ def main():
     trouble = None
     try:
         if given.count_from is not None and core.run(round(given.count_from * TICK_HZ)):
-            core.count_instructions()
+            core.start_trace()
             bus.power.every = 1
             bus.advance(bus.now)
             seen["counted_samples"] = -bus.analog.taken
@@ -80,7 +108,7 @@ def main():
         trouble = str(why)
     if "counted_samples" in seen:
         seen["counted_samples"] += bus.analog.taken
-        seen["counted_instructions"] = core.instructions
+    bus.tree.settled()
     seen |= {
         "trouble": trouble,
         "longest_unfed_s": bus.longest_unfed / TICK_HZ,
@@ -90,11 +118,13 @@ def main():
         "reset_by": bus.reset_by,
         "interrupts": core.served,
         "trace": bus.trace,
+        "judged": bus.judge.report(),
+        "facts": facts(bus),
     }
     given.folder.mkdir(parents=True, exist_ok=True)
     (given.folder / "frames.bin").write_bytes(bus.serial.said)
-    if given.count_from is not None:
-        (given.folder / "blocks.bin").write_bytes(core.blocks)
+    if core.trace:
+        (given.folder / "trace.bin").write_bytes(core.trace.whole())
     (given.folder / "run.json").write_text(json.dumps(seen, indent=1))
     if trouble:
         print(f"stuck: {trouble}", file=sys.stderr)
@@ -102,4 +132,8 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except (registers.NoRegisters, NoImage, Refused) as refused:
+        print(f"run.py: {refused}", file=sys.stderr)
+        sys.exit(2)

@@ -5,6 +5,7 @@ FLASH_SR, FLASH_CR, FLASH_ECCR = 0x4002_2010, 0x4002_2014, 0x4002_2018
 PWR_CR2, PWR_SR2 = 0x4000_7004, 0x4000_7014
 SYSCFG_CFGR2 = 0x4001_001C
 EXTI_IMR1, EXTI_RTSR1, EXTI_PR1 = 0x4001_0400, 0x4001_0408, 0x4001_0414
+FLASH_KEYR, KEYS, LOCKED = 0x4002_2008, (0x4567_0123, 0xCDEF_89AB), 1 << 31
 PROGRAM, PAGE_ERASE, BANK_2, START = 1, 2, 1 << 11, 1 << 16
 # A page takes 22 ms in the mean, a double word some 80 us; rounded up, in ticks.
 ERASE_TICKS, PROGRAM_TICKS = round(25e-3 * 163.2e6), round(100e-6 * 163.2e6)
@@ -23,6 +24,7 @@ class FlashMemory:
         self.spoilt = set()
         self.held_at = None
         self.busy_until = 0
+        self.keys = ()
 
     def spoil(self, address):
         """The double word at an address has two bits wrong from now on."""
@@ -53,7 +55,7 @@ class FlashMemory:
 
     def may_program(self):
         """Whether a store to the flash is taken."""
-        return bool(self.bus.stored(FLASH_CR) & PROGRAM)
+        return self.bus.stored(FLASH_CR) & (PROGRAM | LOCKED) == PROGRAM
 
     def programmed(self, address):
         """A word was stored: the second one of a pair starts the programming of both."""
@@ -65,12 +67,20 @@ class FlashMemory:
             # Whoever waits waits to the end, and no interrupt is served meanwhile: handlers
             # lie in the same bank, as far as anybody knows.
             self.bus.passing(self.busy_until - self.bus.now)
-        return None
 
     def write(self, address, value):
         if address == FLASH_ECCR:
             old = self.bus.stored(address)
             self.bus.register[address] = old & ~(value & FLAGS)
+            return True
+        if address == FLASH_KEYR:
+            self.keys = (*self.keys, value)[-2:]
+            if self.keys == KEYS:
+                self.bus.register[FLASH_CR] = self.bus.stored(FLASH_CR) & ~LOCKED
+            return True
+        if address == FLASH_CR and self.bus.stored(FLASH_CR) & LOCKED:
+            if value ^ self.bus.stored(FLASH_CR):
+                self.bus.judge.find("is locked", "FLASH.CR")
             return True
         if address == FLASH_CR and value & START:
             if value & PAGE_ERASE:
@@ -82,6 +92,9 @@ class FlashMemory:
             self.bus.register[address] = value & ~START
             return True
         return False
+
+    def put_back(self, addresses):
+        pass
 
     def next_event(self):
         return NEVER
@@ -123,6 +136,9 @@ class Supply:
             self.requested &= not value & PVD_LINE
             return True
         return False
+
+    def put_back(self, addresses):
+        pass
 
     def next_event(self):
         return NEVER

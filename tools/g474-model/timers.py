@@ -1,14 +1,18 @@
 """TIM2, the clock and the tacho's capture; TIM1, the bridges and their break inputs."""
 
 from analog import COMPARATORS
+from memo import until_written
 
 TIM1, TIM2 = 0x4001_2C00, 0x4000_0000
 CR1, CR2, DIER, SR, EGR, CNT, ARR, RCR, CCR1, BDTR, AF1, AF2 = (
     0x00, 0x04, 0x0C, 0x10, 0x14, 0x24, 0x2C, 0x30, 0x34, 0x44, 0x60, 0x64,
 )  # fmt: skip
-CCER = 0x20
-REQUEST_TIM2_CH3 = 58
-INTERRUPT_TIM2 = 28
+CCMR1, CCER, PSC = 0x18, 0x20, 0x28
+# The pins of the upper and the lower switch of every coil.
+GATES = tuple(
+    tuple(zip(pins, (f"TIM1_CH{k + 1}", f"TIM1_CH{k + 1}N")))
+    for k, pins in enumerate((("PC0", "PA11"), ("PC1", "PA12"), ("PC2", "PB9"), ("PC3", "PC5")))
+)
 NEVER = 1 << 62
 READ_TICKS = 12
 MOE = 1 << 15
@@ -47,12 +51,20 @@ class Clock:
             return True
         if address == TIM2 + CR1 and value & 1 and self.started is None:
             self.started = self.bus.now
+            self.bus.tree.started("TIM2", 1)
+            if self.bus.stored(TIM2 + ARR) != 0xFFFF_FFFF or self.bus.stored(TIM2 + PSC):
+                self.bus.judge.find("clock", "TIM2", "is started short of 32 bits of ticks")
         return False
 
     def _match(self):
         """The next moment at which the counter equals the compare register."""
         wanted = self.bus.stored(TIM2 + CCR1)
         return self.bus.now + ((wanted - self.count() - 1 & 0xFFFF_FFFF) + 1)
+
+    def put_back(self, addresses):
+        """A reset of the RCC."""
+        if TIM2 in addresses:
+            self.started, self.flags = None, 0
 
     def next_event(self):
         if self.started is None:
@@ -72,14 +84,17 @@ class Clock:
 
     def capture(self):
         """An edge at the tacho's pin."""
-        on = self.bus.stored(TIM2 + CCER) >> 8 & 1
-        chosen = self.bus.stored(TIM2 + 0x1C) & 3 == 1
-        dma = self.bus.channel(REQUEST_TIM2_CH3)
-        if on and chosen and dma and self.bus.stored(TIM2 + DIER) >> 11 & 1:
-            dma.to_memory((self.count() & 0xFFFF_FFFF).to_bytes(4, "little"), 4)
+        bus = self.bus
+        on = bus.stored(TIM2 + CCER) >> 8 & 1
+        chosen = bus.stored(TIM2 + CCMR1 + 4) & 3 == 1 and bus.pins.leads_to("PB10", "TIM2_CH3")
+        dma = bus.channel(bus.request("TIM2", "CH3"))
+        if on and chosen and dma and bus.stored(TIM2 + DIER) >> 11 & 1:
+            captured = (self.count() & 0xFFFF_FFFF).to_bytes(4, "little")
+            dma.to_memory(captured, 4, TIM2 + CCR1 + 8)
 
     def interrupts(self):
-        return {INTERRUPT_TIM2} if self.flags & self.bus.stored(TIM2 + DIER) & 3 else set()
+        wanted = self.flags & self.bus.stored(TIM2 + DIER) & 3
+        return {self.bus.data["interrupts"]["TIM2"]} if wanted else set()
 
 
 class BreakTimer:
@@ -94,9 +109,26 @@ class BreakTimer:
         # Since when each break input has been active without a break.
         self.since = [None, None]
 
+    @until_written
     def period(self):
-        """Ticks of one PWM period: up and down again."""
-        return 2 * self.bus.stored(TIM1 + ARR)
+        """Ticks of one PWM period: up and down again, or up only."""
+        top, divider = self.bus.stored(TIM1 + ARR) & 0xFFFF, self.bus.stored(TIM1 + PSC) + 1
+        return divider * (2 * top if self.centred() else top + 1)
+
+    def centred(self):
+        """Counts up and down."""
+        return bool(self.bus.stored(TIM1 + CR1) >> 5 & 3)
+
+    @until_written
+    def step(self):
+        """Ticks between two updates: one at each end of the count, and of these one in so many."""
+        repeats = (self.bus.stored(TIM1 + RCR) & 0xFFFF) + 1
+        return max(self.period() * repeats // (2 if self.centred() else 1), 1)
+
+    @until_written
+    def triggers(self):
+        """Whether an update starts the converters."""
+        return self.bus.stored(TIM1 + CR2) >> 20 & 15 == 2
 
     def active(self):
         """Break inputs that are active now: bit 0 the first, bit 1 the second."""
@@ -109,11 +141,17 @@ class BreakTimer:
             sources, high = bus.stored(TIM1 + offset), bdtr >> polarity & 1
             if k == 0 and sources & 1:
                 inverted = sources >> 9 & 1
-                found |= (bus.levels.get("PA6", 0) ^ inverted) == high
+                level = self.stop_reaches() and bus.levels.get("PA6", 0)
+                found |= (level ^ inverted) == high
             for number in COMPARATORS:
                 if sources >> number & 1:
                     found |= (bus.analog.comparator(number) == high) << k
         return found
+
+    @until_written
+    def stop_reaches(self):
+        """Whether the emergency stop's pin leads to the timer."""
+        return self.bus.pins.leads_to("PA6", "TIM1_BKIN")
 
     def can_switch(self):
         """Master enable set, and at least one switch's output enabled."""
@@ -187,11 +225,35 @@ class BreakTimer:
             return True
         if address == TIM1 + CR1 and value & 1 and self.next == NEVER:
             self.next = bus.now
+            bus.tree.started("TIM1", 2)
         return False
 
     def duty(self, channel):
         """Part of a period for which an upper switch is closed; 0..3."""
-        return self.bus.stored(TIM1 + CCR1 + 4 * channel) / max(self.bus.stored(TIM1 + ARR), 1)
+        switches = self.switches(channel)
+        if switches is None:
+            return 0.0
+        share = self.bus.stored(TIM1 + CCR1 + 4 * channel) / max(self.bus.stored(TIM1 + ARR), 1)
+        return 1 - share if switches == "inverted" else share
+
+    @until_written
+    def switches(self, channel):
+        """How a channel drives its two pins, or none."""
+        bus = self.bus
+        mode = bus.stored(TIM1 + CCMR1 + 4 * (channel // 2)) >> 8 * (channel % 2)
+        polarity = bus.stored(TIM1 + CCER) >> 4 * channel
+        reaches = all(bus.pins.leads_to(*gate) for gate in GATES[channel])
+        if not (
+            polarity & 5 == 5 and reaches and mode & 3 == 0 and mode & 0x1_0070 in (0x60, 0x70)
+        ):
+            return None
+        return "inverted" if (mode & 0x70 == 0x70) ^ polarity >> 1 & 1 else "straight"
+
+    def put_back(self, addresses):
+        """A reset of the RCC."""
+        if TIM1 in addresses:
+            self.flags, self.next = 0, NEVER
+            self._switch(False, "reset")
 
     def next_event(self):
         bdtr = self.bus.stored(TIM1 + BDTR)
@@ -209,7 +271,7 @@ class BreakTimer:
             self.look()
         if bus.now < self.next:
             return
-        self.next = bus.now + self.every * max(self.period(), 1)
+        self.next = bus.now + self.every * self.step()
         bus.analog.pwm_period(self)
         self.look()
 

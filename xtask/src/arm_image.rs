@@ -8,6 +8,9 @@ use object::{Object, ObjectSection, ObjectSegment, ObjectSymbol, SectionKind, Sy
 
 use crate::{Failure, Result};
 
+/// What the linker calls a way to a function that a call does not reach, before its name.
+const WAY: &str = "__Thumbv7ABSLongThunk_";
+
 /// A function in the image.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Function {
@@ -118,47 +121,55 @@ impl ArmImage {
         })
     }
 
-    /// Targets of the calls and of the jumps out of a function, once for each place.
-    pub fn calls(&self, function: &Function) -> Vec<u64> {
-        let mut targets = Vec::new();
+    /// The instructions of a function: address, first halfword, second (0 where there is none).
+    pub fn instructions(&self, function: &Function) -> Vec<(u64, u16, u16)> {
+        let mut found = Vec::new();
         let mut address = function.code.start;
         while address + 2 <= function.code.end {
-            let Some(first) = self.halfword(address).filter(|_| self.is_code(address)) else {
-                address += 2;
-                continue;
-            };
+            let first = self.halfword(address).filter(|_| self.is_code(address));
             // Five leading bits above 0b11100: an instruction of two halfwords.
-            if first >> 11 <= 0b11100 {
-                address += 2;
-                continue;
-            }
-            let target = self
-                .halfword(address + 2)
-                .and_then(|second| branch_target(address, first, second));
-            targets.extend(target.filter(|target| !function.code.contains(target)));
-            address += 4;
+            let wide = first.is_some_and(|first| first >> 11 > 0b11100);
+            let second = self.halfword(address + 2).filter(|_| wide);
+            found.extend(first.map(|first| (address, first, second.unwrap_or_default())));
+            address += if wide { 4 } else { 2 };
         }
+        found
+    }
+
+    /// Targets of the calls and of the jumps out of a function, once for each place. A way that the
+    /// linker has put in, for a target that a call does not reach, is seen through.
+    pub fn calls(&self, function: &Function) -> Vec<u64> {
+        let instructions = self.instructions(function).into_iter();
+        let targets =
+            instructions.filter_map(|(at, first, second)| branch_target(at, first, second));
         targets
+            .filter(|target| !function.code.contains(target))
+            .map(|target| self.beyond(target))
+            .collect()
+    }
+
+    /// Where the linker's way to a far function leads, or the target itself.
+    fn beyond(&self, target: u64) -> u64 {
+        let far = |way: &Function| {
+            let name = way.name.strip_prefix(WAY)?;
+            self.function(name).map(|function| function.code.start)
+        };
+        self.at(target).find_map(far).unwrap_or(target)
     }
 
     /// Places in a function that call or jump through a register.
     pub fn pointer_calls(&self, function: &Function) -> usize {
-        let mut count = 0;
-        let mut address = function.code.start;
-        while address + 2 <= function.code.end {
-            let first = self.halfword(address).filter(|_| self.is_code(address));
-            count += usize::from(first.is_some_and(is_pointer_call));
-            let wide = first.is_some_and(|first| first >> 11 > 0b11100);
-            address += if wide { 4 } else { 2 };
-        }
-        count
+        let instructions = self.instructions(function);
+        let through = |&&(_, first, _): &&(u64, u16, u16)| is_pointer_call(first);
+        instructions.iter().filter(through).count()
     }
 
-    /// The functions whose name, as linked, contains a part.
+    /// The functions whose name, as linked, contains a part; the linker's ways to them are none.
     pub fn named<'a>(&'a self, part: &'a str) -> impl Iterator<Item = &'a Function> {
         self.functions
             .iter()
             .filter(move |function| function.name.contains(part))
+            .filter(|function| !function.name.starts_with(WAY))
     }
 
     fn halfword(&self, address: u64) -> Option<u16> {
@@ -262,6 +273,24 @@ mod tests {
             ..ArmImage::default()
         };
         assert_eq!(image.calls(&function("f", 0..8)), [0x10]);
+    }
+
+    /// A call of 0x10, where the linker's way to `far` lies.
+    #[test]
+    fn a_way_of_the_linker_is_seen_through() {
+        let image = ArmImage {
+            functions: vec![
+                function("f", 0..4),
+                function("__Thumbv7ABSLongThunk_far", 0x10..0x1A),
+                function("far", 0x1000_0000..0x1000_0010),
+            ],
+            text: vec![(0, vec![0x00, 0xF0, 0x06, 0xF8])],
+            marks: vec![(0, true)],
+            ..ArmImage::default()
+        };
+        assert_eq!(image.calls(&function("f", 0..4)), [0x1000_0000]);
+        let named: Vec<_> = image.named("far").map(|f| f.code.start).collect();
+        assert_eq!(named, [0x1000_0000]);
     }
 
     fn function(name: &str, code: Range<u64>) -> Function {

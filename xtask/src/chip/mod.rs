@@ -4,9 +4,19 @@
 //! Sizes and reachable calls are read from the linked image; the stack and the instructions
 //! are of a run on the model of the chip, which listens to a fixed sound.
 
-pub mod accelerator;
+mod accelerator;
+mod benchmark;
 pub mod figures;
+pub mod instruction;
 pub mod model;
+pub mod program;
+mod registers;
+pub mod schedule;
+pub mod stack;
+pub mod timing;
+#[cfg(test)]
+mod timing_tests;
+pub mod trace;
 
 use std::path::{Path, PathBuf};
 
@@ -17,6 +27,9 @@ use crate::toolchain::ArmToolchain;
 use crate::{Failure, Result, Workspace, page, process};
 use figures::Figures;
 use model::{Model, Run};
+use program::Program;
+use stack::Stack;
+use trace::Trace;
 
 /// The board whose image this is about.
 pub const BOARD: &str = "nucleo-g474re";
@@ -24,8 +37,14 @@ pub const BOARD: &str = "nucleo-g474re";
 /// Where the table of figures is.
 pub const PAGE: &str = "docs/flash.md";
 
+/// What the model writes of a run's steps.
+pub const TRACE: &str = "trace.bin";
+
 /// Functions that are the roots of the duties that may not stop, by a part of their names.
 const DUTIES: [&str; 2] = ["Listening4pass", "current_duty"];
+
+/// Handlers of interrupts; all have one priority, so that none breaks into another.
+const HANDLERS: [&str; 6] = ["TIM2", "ADC3", "PVD_PVM", "COMP1_2_3", "COMP4_5_6", "COMP7"];
 
 /// Seconds of the run, and from when on instructions are counted: by then the model of the
 /// sound has settled.
@@ -53,6 +72,9 @@ pub fn build(workspace: &Workspace, toolchain: &ArmToolchain) -> Result<PathBuf>
 /// When the model cannot be had, the image gets stuck in it, or a duty is not in the image.
 pub fn measure(workspace: &Workspace, toolchain: &ArmToolchain, elf: &Path) -> Result<Figures> {
     let image = ArmImage::read(elf)?;
+    let program = Program::read_file(elf)?;
+    let words = Program::words(&std::fs::read(elf).unwrap_or_default());
+    let static_stack = Stack::new(&image, words).program(&HANDLERS)?;
     let folder = workspace.target_dir().join("g474");
     std::fs::create_dir_all(&folder)
         .map_err(|why| Failure::new(format!("cannot make {}", folder.display())).because(why))?;
@@ -71,6 +93,7 @@ pub fn measure(workspace: &Workspace, toolchain: &ArmToolchain, elf: &Path) -> R
             .and_then(serde_json::Value::as_u64)
             .ok_or_else(|| Failure::new(format!("the model did not say `{name}`")))
     };
+    let trace = Trace::read(&folder.join(TRACE), &program)?;
     let mut unwanted = Vec::new();
     for duty in DUTIES {
         let roots: Vec<_> = image.named(duty).collect();
@@ -89,8 +112,8 @@ pub fn measure(workspace: &Workspace, toolchain: &ArmToolchain, elf: &Path) -> R
     Figures::new(
         toolchain.compiler_version()?,
         &image,
-        number("stack_bytes")?,
-        number("counted_instructions")? as f64 / number("counted_samples")?.max(1) as f64,
+        [number("stack_bytes")?, static_stack],
+        trace.instructions() as f64 / number("counted_samples")?.max(1) as f64,
         &unwanted,
     )
 }
@@ -100,6 +123,11 @@ pub fn measure(workspace: &Workspace, toolchain: &ArmToolchain, elf: &Path) -> R
 /// # Errors
 /// When the image cannot be built or measured, or a figure differs from the table.
 pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
+    if let [command, rest @ ..] = arguments
+        && command == "benchmarks"
+    {
+        return benchmark::main(workspace, rest);
+    }
     let toolchain = ArmToolchain::find_or_make(workspace)?;
     let (elf, arguments) = match arguments {
         [option, elf, rest @ ..] if option == "--image" => (PathBuf::from(elf), rest),

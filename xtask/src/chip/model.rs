@@ -5,6 +5,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
+use super::registers;
 use crate::{Failure, Result, Workspace, process};
 
 /// Packages that tests use, never linked or shipped: the emulator (GPL), and a reader of
@@ -45,24 +46,28 @@ impl Model {
             return Err(Failure::new("no python3 for the model of the chip")
                 .advise("install Python 3.9 or later with pip"));
         }
-        if model.has_packages() {
-            return Ok(model);
+        if !model.has_packages() {
+            model.install_packages()?;
         }
+        registers::find_or_make(workspace, &model.packages)?;
+        Ok(model)
+    }
+
+    fn install_packages(&self) -> Result<()> {
         eprintln!(
             "model: installing {} into {}",
             PACKAGES.join(", "),
-            model.packages.display()
+            self.packages.display()
         );
         let mut pip = Command::new("python3");
         pip.args(["-m", "pip", "install", "--quiet", "--upgrade", "--target"])
-            .arg(&model.packages)
+            .arg(&self.packages)
             .args(PACKAGES);
         process::run(&mut pip).map_err(|failure| {
             Failure::new("cannot install the packages of the model and the tests")
                 .because(failure)
                 .advise(format!("python3 -m pip install {}", PACKAGES.join(" ")))
-        })?;
-        Ok(model)
+        })
     }
 
     fn has_packages(&self) -> bool {

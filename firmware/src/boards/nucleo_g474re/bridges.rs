@@ -32,6 +32,9 @@ const STOP_FILTER: FilterValue = FilterValue::FDTS_DIV32_N8;
 /// then. The current of a coil that is dead-shorted rises by 5 A meanwhile (48 V, 4 µH of wire).
 const TRIP_FILTER: FilterValue = FilterValue::FDTS_DIV8_N8;
 
+/// Every flag of TIM1 (RM0440, TIMx_SR); the other bits are reserved, and stay 0.
+const EVERY_FLAG: u32 = 0x00F3_3FFF;
+
 /// The gate is closed: the timer may switch. Looked at before every closing.
 static GATE: AtomicBool = AtomicBool::new(false);
 
@@ -168,7 +171,7 @@ impl CoilBridge for Bridges {
     fn rearm(&mut self) {
         TIM1.sr().write(|w| {
             // Writing 1 leaves a flag as it is.
-            w.0 = u32::MAX;
+            w.0 = EVERY_FLAG;
             w.set_bif(0, false);
             w.set_bif(1, false);
             w.set_sbif(false);

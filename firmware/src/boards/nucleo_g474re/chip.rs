@@ -5,7 +5,7 @@ use super::link::Link;
 use super::samples::{self, Microphones};
 use super::settings_flash::SettingsFlash;
 use super::tacho::Tacho;
-use super::{bridges, injected, memory, random, supply, timing};
+use super::{bridges, clock_tree, injected, memory, random, supply};
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, InjectedTrigger};
@@ -15,10 +15,6 @@ use embassy_stm32::flash::Flash;
 use embassy_stm32::gpio::{AfType, Flex, Input, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::opamp::{OpAmp, OpAmpSpeed};
 use embassy_stm32::pac;
-use embassy_stm32::rcc::{
-    Hse, HseMode, Hsi48Config, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk, mux,
-};
-use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::complementary_pwm::{ComplementaryPwm, ComplementaryPwmPin};
 use embassy_stm32::timer::simple_pwm::PwmPin;
 use embassy_stm32::timer::{BkIn1, BreakInputPin};
@@ -88,7 +84,9 @@ impl Nucleo {
     #[inline(never)]
     pub fn set_up() -> Self {
         let (reset_cause, kept) = past();
-        let chip = embassy_stm32::init(clock_tree());
+        // On the slow oscillator at first: see `clock_tree`.
+        let mut chip = embassy_stm32::init(embassy_stm32::Config::default());
+        clock_tree::start(&mut chip.RCC);
         memory::start();
         let pins = with_every_pin!(taken, chip);
         let mut watchdog = IndependentWatchdog::new(chip.IWDG, WATCHDOG_US as u32);
@@ -120,6 +118,7 @@ impl Nucleo {
             .ch1()
             .set(Value::Bit12Right(bridges::trip_code()));
         core::mem::forget(thresholds);
+        clock_tree::tell_dacs();
 
         let (mut x1, mut x2) = (pins.current_x1, pins.current_x2);
         let (mut y1, mut y2) = (pins.current_y1, pins.current_y2);
@@ -267,31 +266,5 @@ fn trips() -> comp::Config {
     let mut config = comp::Config::default();
     config.inverting_input = InvertingInput::Dac1;
     config.hysteresis = Hysteresis::Hyst20M;
-    config
-}
-
-/// Everything from the crystal through one PLL; see [`timing`].
-fn clock_tree() -> embassy_stm32::Config {
-    const _: () = assert!(matches!(timing::PLL, (5, 68, 2)));
-    let mut config = embassy_stm32::Config::default();
-    let rcc = &mut config.rcc;
-    rcc.hse = Some(Hse {
-        freq: Hertz(timing::CRYSTAL_HZ),
-        mode: HseMode::Oscillator,
-    });
-    // For the random number generator.
-    rcc.hsi48 = Some(Hsi48Config::new());
-    rcc.pll = Some(Pll {
-        source: PllSource::HSE,
-        prediv: PllPreDiv::DIV5,
-        mul: PllMul::MUL68,
-        divp: None,
-        divq: None,
-        divr: Some(PllRDiv::DIV2),
-    });
-    rcc.sys = Sysclk::PLL1_R;
-    rcc.boost = true;
-    rcc.mux.adc12sel = mux::Adcsel::SYS;
-    rcc.mux.adc345sel = mux::Adcsel::SYS;
     config
 }

@@ -13,6 +13,10 @@ use embassy_stm32::{Peri, rcc};
 /// Overflows of the counter, each 26.3 s.
 static OVERFLOWS: AtomicU32 = AtomicU32::new(0);
 
+/// Every flag of TIM2 (RM0440, TIMx_SR): one that is written 1 stays as it is. What is no flag
+/// is reserved, and stays 0.
+const EVERY_FLAG: u32 = 0x00F0_1E5F;
+
 /// Counts overflows, and ends a wait.
 #[derive(Debug)]
 pub(super) struct ClockInterrupt;
@@ -22,7 +26,7 @@ impl Handler<typelevel::TIM2> for ClockInterrupt {
         let flags = TIM2.sr().read();
         // Writing 1 leaves a flag as it is.
         TIM2.sr().write(|w| {
-            w.0 = u32::MAX;
+            w.0 = EVERY_FLAG;
             w.set_uif(!flags.uif());
             w.set_ccif(0, false);
         });
@@ -67,7 +71,7 @@ pub(super) fn sleep_until(moment: u64) {
     critical_section::with(|_| {
         TIM2.ccr(0).write_value(moment as u32);
         TIM2.sr().write(|w| {
-            w.0 = u32::MAX;
+            w.0 = EVERY_FLAG;
             w.set_ccif(0, false);
         });
         TIM2.dier().modify(|w| w.set_ccie(0, true));

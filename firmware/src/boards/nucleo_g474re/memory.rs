@@ -1,4 +1,5 @@
-//! How the program is read from the flash, and the brown-out level of the option bytes.
+//! How the program is read: from the flash, and what must not wait for it from the memory coupled to the
+//! core. The brown-out level of the option bytes.
 
 use embassy_stm32::pac::FLASH;
 
@@ -11,6 +12,25 @@ const BROWN_OUT_MV: [u16; 5] = [1700, 2000, 2200, 2500, 2800];
 /// another flash interface, and systems that heed it there (Zephyr) use prefetch on every G4.
 pub(super) fn start() {
     FLASH.acr().modify(|w| w.set_prften(true));
+    copy_program();
+}
+
+unsafe extern "C" {
+    // By the linker (memory/nucleo-g474re.x): where it lies in the flash, where it runs.
+    static _coupled_from: u32;
+    static mut _coupled_start: u32;
+    static mut _coupled_end: u32;
+}
+
+/// Puts the current loop's program where the core fetches it without waiting.
+fn copy_program() {
+    let (from, to) = (&raw const _coupled_from, &raw mut _coupled_start);
+    let bytes = (&raw const _coupled_end).addr() - to.addr();
+    // SAFETY: the linker has kept both places for that, whole words of them, apart from each other;
+    // nothing there runs before, the loop is started later.
+    unsafe { core::ptr::copy_nonoverlapping(from, to, bytes / size_of::<u32>()) };
+    cortex_m::asm::dsb();
+    cortex_m::asm::isb();
 }
 
 /// Voltage below which the brown-out reset comes, mV.

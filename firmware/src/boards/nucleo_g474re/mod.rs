@@ -19,12 +19,15 @@ mod chip;
 #[allow(unsafe_code)]
 mod clock;
 #[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
+mod clock_tree;
+#[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
 #[allow(unsafe_code)]
 mod injected;
 #[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
 #[allow(unsafe_code)]
 mod link;
 #[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
+#[allow(unsafe_code)]
 mod memory;
 #[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
 mod random;

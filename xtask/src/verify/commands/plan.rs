@@ -119,6 +119,9 @@ impl Known {
             "demo" => Ok(Plan::Own(words.to_vec())),
             "verify" => Ok(Plan::Not("it is this run")),
             "count" => Ok(Plan::Stage("instruction counts")),
+            "chip" if rest.first().is_some_and(|word| word == "benchmarks") => Ok(Plan::Not(
+                "it wants a C compiler and two sources from elsewhere",
+            )),
             "chip" => Ok(Plan::Stage("board figures")),
             "fuzz" => Ok(Plan::Stage("fuzzing")),
             "long" => Ok(Plan::Stage("long forms")),

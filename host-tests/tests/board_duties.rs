@@ -1,0 +1,225 @@
+//! How long the duties of the image for the NUCLEO-G474RE take, and how late its current loop may be:
+//! what the unmodified image executes on the model of its chip, laid out in time
+//! (`xtask::chip::schedule`). The tables stand in docs/flash.md; `RARMA_WRITE_TABLE=1` writes them.
+
+use host_tests::bars::{all_judged, holds};
+use host_tests::board_model::{Host, NOBODYS, Seen, made_by_another_compiler, run};
+use host_tests::page;
+use rarma_core::cers::{Direction, ExcitationJob, Signal};
+use rarma_core::guard::Mode;
+use rarma_core::settings::{
+    CERS_GAIN_XM, CERS_GAIN_XP, CERS_GAIN_YM, CERS_GAIN_YP, CERS_ORDER, MONITOR_THRESHOLD,
+    SettingValue,
+};
+use rarma_core::wire::{Answer, Command as Word, ExcitationMessage, Telemetry};
+use serde_json::json;
+use std::fmt::Write as _;
+use xtask::chip::figures;
+use xtask::chip::schedule::{Preempted, longest, preempted};
+use xtask::chip::timing::{Form, Setup};
+
+/// Cycles a second, and of the loop's period.
+const CORE_HZ: f64 = 163.2e6;
+const PERIOD: f64 = 3400.0;
+/// The exception of the current loop, and the registers of its new duty: ADC3, TIM1's compares.
+const LOOP: u32 = 16 + 47;
+const DUTY: core::ops::Range<u32> = 0x4001_2C34..0x4001_2C44;
+/// The rate that the loop was asked for, against that of this board.
+const ASKED_RATE: f64 = 50_000.0 / 48_000.0;
+
+fn setup(form: Form) -> Setup {
+    Setup {
+        prefetch: true,
+        form,
+    }
+}
+
+fn us(cycles: u64) -> f64 {
+    1e6 * cycles as f64 / CORE_HZ
+}
+
+fn sound(seconds: f64) -> Vec<u16> {
+    let bytes = figures::sound(seconds);
+    let pairs = bytes.chunks_exact(2);
+    pairs
+        .map(|pair| u16::from_le_bytes([pair[0], pair[1]]))
+        .collect()
+}
+
+/// CERS at its bias, listening at (4,3); a signal from 0.13 s on.
+fn cers(signal: Option<Signal>) -> Option<Seen> {
+    let (from, end) = (0.4_f64, 0.42);
+    let gain = SettingValue::Real(2.9e-7);
+    let magnets = [CERS_GAIN_XP, CERS_GAIN_XM, CERS_GAIN_YP, CERS_GAIN_YM];
+    let mut settings: Vec<_> = magnets.iter().map(|m| (m.number(), gain)).collect();
+    // Order 3 of its list is (4,3).
+    settings.push((CERS_ORDER.number(), SettingValue::Whole(3)));
+    let job = signal.map(|signal| {
+        Word::Excite(ExcitationJob {
+            signal,
+            direction: Direction::X,
+            rms_a: 0.15,
+            low_hz: 250.0,
+            high_hz: 3000.0,
+            seconds: 40.0,
+            lines: 160,
+        })
+    });
+    let host = Host::armed(end, &settings, job);
+    let from = from.to_string();
+    let options = ["--count-from", from.as_str()];
+    let seen = run("cers", end, &sound(end), &json!(host.steps), &options)?;
+    let started = |m: &Telemetry| matches!(m, Telemetry::Excitation(ExcitationMessage::Started(_)));
+    let driven = seen.frames.iter().any(|(_, message)| started(message));
+    assert_eq!(driven, signal.is_some(), "{:?}", seen.frames);
+    Some(seen)
+}
+
+/// The current loop among a listening monitor.
+#[test]
+fn the_loop_breaks_into_listening() {
+    if made_by_another_compiler("board_duties") {
+        return;
+    }
+    let mut table = "| signal | handler | cause to new duty | longest | parts of half a period | \
+        of the core | with listening at (4,3) | longest pass |\n|---|---:|---:|---:|---:|---:|---:|---:|\n"
+        .to_owned();
+    for (name, signal) in [
+        ("none", None),
+        ("noise", Some(Signal::Noise)),
+        ("stepped sine", Some(Signal::Steps)),
+    ] {
+        let Some(seen) = cers(signal) else { return };
+        let of = |form| preempted(&seen.program, &seen.trace, setup(form), LOOP, DUTY);
+        let [least, most] = [Form::Least, Form::Most].map(|f| of(f).expect("the loop runs"));
+        let all = |p: &Preempted| 100.0 * (p.busy + p.handler * (ASKED_RATE - 1.0));
+        let halves = most.worst as f64 / (0.5 * PERIOD);
+        // Writing to a String cannot fail.
+        let _ = writeln!(
+            table,
+            "| {name} | {:.0} to {:.0} | {:.0} to {:.0} | {:.0} to {:.0} | {halves:.2} | {:.0} to {:.0} % | {:.0} to {:.0} % | {:.2} ms |",
+            least.cold,
+            most.cold,
+            least.mean,
+            most.mean,
+            least.worst,
+            most.worst,
+            100.0 * least.handler * ASKED_RATE,
+            100.0 * most.handler * ASKED_RATE,
+            all(&least),
+            all(&most),
+            1e-3 * us(most.pass),
+        );
+        holds(
+            &format!("board duties: latency of the loop, half periods, signal {name}"),
+            halves,
+            0.0..=1.0,
+        );
+        if signal == Some(Signal::Steps) {
+            holds(
+                "board duties: % of the core, loop at 50 kHz with a stepped sine, monitor (4,3)",
+                all(&most),
+                0.0..=60.0,
+            );
+        }
+        assert!(
+            least.cold < most.cold && least.worst <= most.worst,
+            "{name}"
+        );
+    }
+    println!("{table}");
+    all_judged("board duties");
+    page::holds("docs/flash.md", "board-loop", &table);
+}
+
+/// LDBB armed; commands and settings that are saved while it listens.
+fn on_the_link() -> Option<[(&'static str, Seen); 2]> {
+    let mut bar = Host::default();
+    bar.steps = vec![json!([0.0, "PA6", 1]), json!([0.0, "PC8", 1])];
+    bar.say(0.015, Word::Take { turn: NOBODYS });
+    bar.say(0.02, Word::Start(Mode::Ldbb));
+    bar.say(0.025, Word::Heartbeat);
+    bar.say(0.03, Word::Arm);
+    let mut box_ = Host::default();
+    box_.say(0.015, Word::Take { turn: NOBODYS });
+    for (n, at) in [0.105, 0.205].into_iter().enumerate() {
+        let setting = MONITOR_THRESHOLD.number();
+        let value = SettingValue::Real(0.011 + 0.001 * n as f32);
+        box_.say(at, Word::Set { setting, value });
+        box_.say(at + 0.002, Word::Save { setting });
+        box_.say(at + 0.004, Word::Status);
+    }
+    let of = |name, host: Host, from: &str, end: f64| {
+        let options = ["--bridge-every", "48", "--count-from", from];
+        run(name, end, &sound(end), &json!(host.steps), &options)
+    };
+    Some([
+        ("LDBB, armed", of("ldbb", bar, "0.015", 0.1)?),
+        (
+            "a setting set, saved, status asked",
+            of("saved", box_, "0.1", 0.25)?,
+        ),
+    ])
+}
+
+#[test]
+fn passes_of_the_main_loop_are_short() {
+    if made_by_another_compiler("board_duties") {
+        return;
+    }
+    let Some(all) = on_the_link() else { return };
+    let mut passes_ms = Vec::new();
+    let mut table = "| | longest pass | longest with interrupts masked | watchdog unfed while the flash is busy |\n|---|---:|---:|---:|\n"
+        .to_owned();
+    for (name, seen) in &all {
+        let longest = longest(&seen.program, &seen.trace, setup(Form::Most), LOOP);
+        let unfed_ms = 1e3 * seen.run["longest_unfed_s"].as_f64().expect("a number");
+        // Writing to a String cannot fail.
+        let _ = writeln!(
+            table,
+            "| {name} | {:.2} ms | {:.1} µs | {unfed_ms:.1} ms |",
+            1e-3 * us(longest.pass),
+            us(longest.masked)
+        );
+        passes_ms.push(1e-3 * us(longest.pass));
+        // The model's own time has the flash's, not the instructions': at the watchdog's shortest.
+        assert!(unfed_ms + 1e-3 * us(longest.pass) < 94.0, "{name}");
+    }
+    let [armed_ms, saved_ms] = passes_ms[..] else {
+        unreachable!("one for each");
+    };
+    // The deadline of a duty.
+    let deadline_ms = 0.0..=10.0;
+    holds(
+        "board passes: LDBB, armed, ms",
+        armed_ms,
+        deadline_ms.clone(),
+    );
+    holds(
+        "board passes: a setting is saved, ms",
+        saved_ms,
+        deadline_ms,
+    );
+    all_judged("board passes");
+    let [(_, bar), (_, saved)] = &all;
+    let done = |(_, m): &&(_, Telemetry)| matches!(m, Telemetry::Reply(reply) if reply.answer == Answer::Done);
+    // Taken, started, alive, armed.
+    assert_eq!(
+        bar.frames.iter().filter(done).count(),
+        4,
+        "{:?}",
+        bar.frames
+    );
+    let kept = |(_, m): &&(_, Telemetry)| {
+        matches!(m, Telemetry::Reply(reply)
+            if matches!(reply.answer, Answer::Setting(s) if s.stored == Some(s.value)))
+    };
+    assert_eq!(
+        saved.frames.iter().filter(kept).count(),
+        2,
+        "{:?}",
+        saved.frames
+    );
+    println!("{table}");
+    page::holds("docs/flash.md", "board-passes", &table);
+}

@@ -1,0 +1,51 @@
+"""The channels of DMA1, each with the request that the multiplexer gives it."""
+
+DMA1, DMAMUX1 = 0x4002_0000, 0x4002_0800
+
+
+class Dma:
+    """One channel, as far as it has got."""
+
+    def __init__(self, bus, number):
+        self.bus, self.number = bus, number
+        self.base = DMA1 + 8 + 20 * number
+        self.done = 0
+        self.started = 0
+
+    def enabled_for(self, request):
+        """Whether it is on and serves this request."""
+        bus = self.bus
+        return bus.stored(self.base) & 1 and bus.stored(DMAMUX1 + 4 * self.number) & 0x7F == request
+
+    def length(self):
+        """Transfers in one round."""
+        return self.bus.stored(self.base + 4) & 0xFFFF
+
+    def circular(self):
+        """Starts again at its end."""
+        return bool(self.bus.stored(self.base) >> 5 & 1)
+
+    def left(self):
+        """What CNDTR says."""
+        length = self.length()
+        return length - self.done % length if self.circular() and length else length - self.done
+
+    def carries(self, width, peripheral, to_memory):
+        """Whether it moves elements of a width to or from this register, one after the other."""
+        control = self.bus.stored(self.base)
+        sizes = control >> 8 & 3, control >> 10 & 3
+        wanted = (width.bit_length() - 1,) * 2
+        forth = control >> 4 & 1 != to_memory and control >> 6 & 3 == 2
+        return forth and sizes == wanted and self.bus.stored(self.base + 8) == peripheral
+
+    def to_memory(self, data, width, peripheral):
+        """Transfers elements from a peripheral."""
+        if not self.carries(width, peripheral, to_memory=True):
+            return
+        length, memory = self.length(), self.bus.stored(self.base + 12)
+        for at in range(0, len(data), width):
+            if not length or not self.circular() and self.done >= length:
+                return
+            place = memory + self.done % length * width
+            self.bus.core.uc.mem_write(place, data[at : at + width])
+            self.done += 1
