@@ -1,5 +1,7 @@
 """The channels of DMA1, each with the request that the multiplexer gives it."""
 
+from unicorn import UcError
+
 DMA1, DMAMUX1 = 0x4002_0000, 0x4002_0800
 
 
@@ -47,5 +49,14 @@ class Dma:
             if not length or not self.circular() and self.done >= length:
                 return
             place = memory + self.done % length * width
-            self.bus.core.uc.mem_write(place, data[at : at + width])
+            try:
+                self.bus.core.uc.mem_write(place, data[at : at + width])
+            except UcError:
+                self.fail()
+                return
             self.done += 1
+
+    def fail(self):
+        """An address where no memory is: a transfer error, which switches the channel off."""
+        self.bus.register[self.base] = self.bus.stored(self.base) & ~1
+        self.bus.settled.clear()

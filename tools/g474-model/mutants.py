@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Changes each configuration write of the image in turn and looks whether anything notices.
 
-    mutants.py IMAGE FOLDER --scene FILE --microphone-1 FILE [--part K/N] [--at-once N]
+    mutants.py IMAGE FOLDER --scene FILE --microphone-1 FILE [--part K/N] [--first N] [--at-once N]
 
 A configuration write is one of the start, before the core sleeps for the first time. Each field
 that one changes is a mutant, once for every value it is given: `kept`, the field stays as it
@@ -252,6 +252,7 @@ def arguments():
     parser.add_argument("--scene", type=pathlib.Path, required=True)
     parser.add_argument("--microphone-1", type=pathlib.Path, required=True)
     parser.add_argument("--part", default="0/1")
+    parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--at-once", type=int, default=os.cpu_count() or 1)
     return parser.parse_args()
 
@@ -268,7 +269,7 @@ class Herd:
         """A write that can be changed: true in the process in which it is."""
         number = len(self.listed)
         self.listed.append(mutant)
-        if number % self.parts != self.part:
+        if number % self.parts != self.part or number < self.given.first:
             return False
         while len(self.running) >= self.given.at_once:
             self.collect()

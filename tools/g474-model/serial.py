@@ -1,5 +1,7 @@
 """USART2 with its two DMA channels: what the host hears and says."""
 
+from unicorn import UcError
+
 from memo import until_written
 
 USART2 = 0x4000_4400
@@ -52,7 +54,11 @@ class Serial:
         due = (self.bus.now - dma.started) // self.byte_ticks()
         memory = self.bus.stored(dma.base + 12)
         while dma.done < min(due, dma.length()):
-            byte = self.bus.core.uc.mem_read(memory + dma.done, 1)
+            try:
+                byte = self.bus.core.uc.mem_read(memory + dma.done, 1)
+            except UcError:
+                dma.fail()
+                return
             self.said += byte if passes else b""
             dma.done += 1
 
