@@ -28,7 +28,7 @@ import traceback
 
 import registers
 from bus import TICK_HZ, Bus
-from core import Core, NoImage, Stuck
+from core import RAM, RAM_BYTES, Core, NoImage, Stuck
 from facts import facts
 from unicorn import UcError
 
@@ -85,8 +85,10 @@ class Changes:
             others = {"kept": before}
             if width > 1 and after ^ 1 != before:
                 others["other"] = after ^ 1
+            # Where the linker has put a buffer is no part of a name.
+            named = "memory" if RAM <= after < RAM + RAM_BYTES else f"{after:#x}"
             for kind, instead in others.items():
-                key = f"{name} {after:#x} {kind}"
+                key = f"{name} {named} {kind}"
                 if key in self.seen:
                     continue
                 self.seen.add(key)
