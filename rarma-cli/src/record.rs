@@ -83,7 +83,7 @@ pub enum Origin {
     Free,
     /// A multiple of the rotation.
     Rotation,
-    /// The harmonic of a stronger line.
+    /// The harmonic of a stronger line; only in records of before.
     Overtone,
     /// It was there at idle.
     Background,

@@ -10,7 +10,8 @@ pub enum Origin {
     Free,
     /// A multiple of the rotation; its number stands beside it.
     Rotation,
-    /// The harmonic of a stronger line at a half or a third of its frequency.
+    /// The harmonic of a stronger line at a half or a third of its frequency. Nothing says so any
+    /// more; frames and records of before have it.
     Overtone,
     /// A tone that was there at idle and has not grown since.
     Background,

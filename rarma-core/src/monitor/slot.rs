@@ -212,17 +212,11 @@ impl<T: Real> Slot<T> {
                 Origin::Rotation
             };
         }
-        let rotation = &around.rotation;
-        // Where the speed explains the line below, the speed itself decides.
-        let is_forced = |below_hz| rotation.harmonic(below_hz, sd).is_some();
-        if around.sources.is_overtone(frequency, is_forced) {
-            return Origin::Overtone;
-        }
         if around.idle_known && around.sources.is_background(frequency) {
             return Origin::Background;
         }
         let spindle = around.spindle;
-        if rotation.spindle_hz.is_none()
+        if around.rotation.spindle_hz.is_none()
             || spindle.is_doubtful(frequency, sd)
             || spindle.is_unproven(frequency, around.idle_known)
         {

@@ -57,10 +57,6 @@ const QUITE_STEADY: f64 = -4.6;
 const LEVEL_S: f64 = 0.3;
 const LOUDEST: f64 = 0.999;
 
-/// An overtone: the line at a half or a third of it holds this part of its power, and this part of
-/// the band's.
-const OVERTONE: f64 = 0.2;
-const OVERTONE_OF_ALL: f64 = 0.03;
 /// What was there at idle and is louder than this, in power (6 dB), has grown.
 const GROWN: f64 = 4.0;
 
@@ -307,18 +303,6 @@ impl<T: Real> Verdict<T> {
     /// The belief, where somebody has told a speed.
     fn belief(&self) -> Option<&Belief<T>> {
         self.is_told.then_some(&self.belief)
-    }
-
-    /// A line at a half or a third of this frequency, Hz, holds a fifth of the power that is there,
-    /// and a part of the band's: it and the power of the band are averaged over 0.3 s. `is_forced`
-    /// says which lines the rotation makes.
-    pub(crate) fn is_overtone(&self, f_hz: T, is_forced: impl Fn(T) -> bool) -> bool {
-        let (here, _) = self.frame.smooth_line(f_hz);
-        let least = (here * T::from_f64(OVERTONE)).max(self.smooth * T::from_f64(OVERTONE_OF_ALL));
-        [0.5, 1.0 / 3.0].into_iter().any(|part| {
-            let below_hz = f_hz * T::from_f64(part);
-            self.frame.smooth_line(below_hz).0 > least && !is_forced(below_hz)
-        })
     }
 
     /// What is there at this frequency, Hz, was there at idle and has not grown since.
