@@ -180,6 +180,13 @@ pub const MISSED: &[Missed] = &[
         why: "without the teeth a comb of the spindle is found, and the flip line is one of it",
     },
     Missed {
+        bar: "near: 90 %, ms, 3 Hz beside a tooth line, told",
+        asked: 0.0..=1500.0,
+        got: 2650.0..=2750.0,
+        test: "near_harmonic::chatter_near_a_forced_line_is_found_or_declared",
+        why: "four are found for two before the rules of the modes went, one of them late",
+    },
+    Missed {
         bar: "near: neither found nor declared, 3 Hz beside a tooth line, told",
         asked: 0.0..=0.0,
         got: 3.0..=3.0,
@@ -248,13 +255,6 @@ pub const MISSED: &[Missed] = &[
         got: 2.0..=2.0,
         test: "override_steps::an_override_raises_no_alarm_and_hides_no_chatter",
         why: "the lines go by the speed that is heard, and the override moves it: until the comb is seen to have gone, its lines count as free",
-    },
-    Missed {
-        bar: "override: with an alarm, 1650 Hz, not told",
-        asked: 0.0..=0.0,
-        got: 1.0..=1.0,
-        test: "override_steps::an_override_raises_no_alarm_and_hides_no_chatter",
-        why: "the model's memory at 1650 Hz is 0.6 s, longer than a step of the override",
     },
     Missed {
         bar: "override: with an alarm, 5000 Hz, told",
