@@ -4,8 +4,9 @@
 
 use host_tests::bars::{all_judged, holds};
 use host_tests::board_model::{Host, NOBODYS, Seen, made_by_another_compiler, run};
+use host_tests::cers_rig::JOB;
 use host_tests::page;
-use rarma_core::cers::{Direction, ExcitationJob, Signal};
+use rarma_core::cers::{ExcitationJob, Signal};
 use rarma_core::guard::Mode;
 use rarma_core::settings::{
     CERS_GAIN_XM, CERS_GAIN_XP, CERS_GAIN_YM, CERS_GAIN_YP, CERS_ORDER, MONITOR_THRESHOLD,
@@ -14,7 +15,7 @@ use rarma_core::settings::{
 use rarma_core::wire::{Answer, Command as Word, ExcitationMessage, Telemetry};
 use serde_json::json;
 use std::fmt::Write as _;
-use xtask::chip::figures;
+use xtask::chip::figures::sound;
 use xtask::chip::schedule::{Preempted, longest, preempted};
 use xtask::chip::timing::{Form, Setup};
 
@@ -38,14 +39,6 @@ fn us(cycles: u64) -> f64 {
     1e6 * cycles as f64 / CORE_HZ
 }
 
-fn sound(seconds: f64) -> Vec<u16> {
-    let bytes = figures::sound(seconds);
-    let pairs = bytes.chunks_exact(2);
-    pairs
-        .map(|pair| u16::from_le_bytes([pair[0], pair[1]]))
-        .collect()
-}
-
 /// CERS at its bias, listening at (4,3); a signal from 0.13 s on.
 fn cers(signal: Option<Signal>) -> Option<Seen> {
     let (from, end) = (0.4_f64, 0.42);
@@ -54,17 +47,7 @@ fn cers(signal: Option<Signal>) -> Option<Seen> {
     let mut settings: Vec<_> = magnets.iter().map(|m| (m.number(), gain)).collect();
     // Order 3 of its list is (4,3).
     settings.push((CERS_ORDER.number(), SettingValue::Whole(3)));
-    let job = signal.map(|signal| {
-        Word::Excite(ExcitationJob {
-            signal,
-            direction: Direction::X,
-            rms_a: 0.15,
-            low_hz: 250.0,
-            high_hz: 3000.0,
-            seconds: 40.0,
-            lines: 160,
-        })
-    });
+    let job = signal.map(|signal| Word::Excite(ExcitationJob { signal, ..JOB }));
     let host = Host::armed(end, &settings, job);
     let from = from.to_string();
     let options = ["--count-from", from.as_str()];

@@ -108,10 +108,7 @@ fn listens((p, q): (usize, usize), told: bool) -> Option<Seen> {
         host.say(at, Word::Set { setting, value });
     }
     host.say(0.016, Word::Start(Mode::Monitor));
-    let codes: Vec<u16> = figures::sound(1.6)
-        .chunks_exact(2)
-        .map(|pair| u16::from_le_bytes([pair[0], pair[1]]))
-        .collect();
+    let codes = figures::sound(1.6);
     let options = ["--bridge-every", "48", "--count-from", "1.5"];
     run("board_time", 1.6, &codes, &json!(host.steps), &options)
 }

@@ -5,6 +5,10 @@ verdicts, breaks) is not repeated here.
 """
 
 from analog import ADC, COMP, DAC, MICROPHONES, MINUS, OPAMP4, REFERENCE_V
+from clocks import FLASH_ACR, RCC
+from dma import DMAMUX1
+from safety import EXTI_IMR1, PWR_CR2, SYSCFG_CFGR2
+from serial import USART2
 from timers import BDTR, CCER, CCMR1, CR1, DEBUG_APB2, FILTER_TICKS, TIM1, TIM2
 
 HYSTERESIS_MV = (0, 10, 20, 30, 40, 50, 60, 70)
@@ -25,16 +29,16 @@ def dead_time_ns(code, tick_hz):
 def facts(bus):
     """All of them, by name."""
     tree, analog, stored = bus.tree, bus.analog, bus.stored
-    bdtr, acr = stored(TIM1 + BDTR), stored(0x4002_2000)
-    link = [stored(0x4000_4400 + at) for at in (0, 4, 8, 0xC)]
-    monitor, lines = stored(0x4000_7004), [stored(0x4001_0400 + at) for at in (0, 8, 0xC)]
+    bdtr, acr = stored(TIM1 + BDTR), stored(FLASH_ACR)
+    link = [stored(USART2 + at) for at in (0, 4, 8, 0xC)]
+    monitor, lines = stored(PWR_CR2), [stored(EXTI_IMR1 + at) for at in (0, 8, 0xC)]
     modes = [stored(TIM1 + at) for at in (CR1, CCMR1, CCMR1 + 4, CCER)]
     filters = [FILTER_TICKS[bdtr >> at & 15] for at in (16, 20)]
     found = {
         "core": f"{tree.core():.0f} Hz, range {tree.range()}, {acr & 15} wait states, "
         f"prefetch {acr >> 8 & 1}, caches {acr >> 9 & 3:02b}",
-        "clock security": stored(0x4002_1000) >> 19 & 1,
-        "oscillators": f"{stored(0x4002_1000) & 0x1_0500:#x}, 48 MHz {stored(0x4002_1098) & 1}",
+        "clock security": stored(RCC) >> 19 & 1,
+        "oscillators": f"{stored(RCC) & 0x1_0500:#x}, 48 MHz {stored(RCC + 0x98) & 1}",
         "link": f"{tree.serial() / max(link[3], 1):.0f} baud, "
         f"CR1 {link[0]:#x}, CR2 {link[1]:#x}, CR3 {link[2]:#x}",
         "watchdog": f"{(bus.watchdog_ticks or 0) / bus.TICK_HZ:.4f} s, "
@@ -42,7 +46,7 @@ def facts(bus):
         "debugger stops TIM1": stored(DEBUG_APB2) >> 11 & 1,
         "supply monitor": f"{SUPPLY_V[monitor >> 1 & 7]} V, on: {monitor & 1}, "
         f"told {lines[0]:#x}, rising {lines[1]:#x}, falling {lines[2]:#x}",
-        "breaks of the chip itself": f"{stored(0x4001_001C) & 0xF:04b}",
+        "breaks of the chip itself": f"{stored(SYSCFG_CFGR2) & 0xF:04b}",
         "dead time": f"{dead_time_ns(bdtr & 0xFF, bus.TICK_HZ)} ns",
         "bridges": f"period {bus.power.period()} ticks, update every {bus.power.step()}, "
         f"CR1 {modes[0]:#x}, CCMR {modes[1]:#x} {modes[2]:#x}, CCER {modes[3]:#x}",
@@ -83,7 +87,7 @@ def facts(bus):
     for dac in (1, 3, 4):
         found[f"DAC{dac}"] = f"CR {stored(DAC[dac]):#x}, MCR {stored(DAC[dac] + 0x3C):#x}"
     for dma in bus.dma:
-        request = stored(0x4002_0800 + 4 * dma.number)
+        request = stored(DMAMUX1 + 4 * dma.number)
         if request:
             control = stored(dma.base) & ~1
             found[f"DMA1 channel {dma.number + 1}"] = f"request {request}, CR {control:#x}"

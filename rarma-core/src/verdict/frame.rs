@@ -282,15 +282,16 @@ impl<T: Real> Frame<T> {
         Some(decibel(power / self.line_of(&self.idle, bin)))
     }
 
-    /// Power of the line at `f_hz`, averaged over [`SMOOTH_S`], and at idle where that is known.
-    /// Unlike [`Self::power`] they can be asked for while a window is worked on.
-    pub(super) fn smooth_line(&self, f_hz: T) -> (T, Option<T>) {
+    /// Power of the line at `f_hz`, averaged over [`SMOOTH_S`], over what was there at idle, where
+    /// that is known. Unlike [`Self::power`] it can be asked for while a window is worked on.
+    pub(super) fn smooth_over_idle(&self, f_hz: T) -> Option<T> {
         let bin = (f_hz / self.bin_hz).min(T::from_u32(HALF as u32));
         let bin = bin.round().to_f32() as usize;
-        let idle = self.learns_idle().then(|| self.line_of(&self.idle, bin));
-        (self.line_of(&self.smooth, bin), idle)
+        self.learns_idle()
+            .then(|| self.line_of(&self.smooth, bin) / self.line_of(&self.idle, bin))
     }
 
+    /// Power of the line at a bin of a spectrum that is kept.
     fn line_of(&self, spectrum: &[T; HALF], bin: usize) -> T {
         let mut sum = T::from_f64(1e-30);
         for k in bin.saturating_sub(self.half)..=bin + self.half {

@@ -73,13 +73,14 @@ pub fn build(workspace: &Workspace, toolchain: &ArmToolchain) -> Result<PathBuf>
 pub fn measure(workspace: &Workspace, toolchain: &ArmToolchain, elf: &Path) -> Result<Figures> {
     let image = ArmImage::read(elf)?;
     let program = Program::read_file(elf)?;
-    let words = Program::words(&std::fs::read(elf).unwrap_or_default());
-    let static_stack = Stack::new(&image, words).program(&HANDLERS)?;
+    let static_stack = Stack::new(&image, Program::words(elf)?).program(&HANDLERS)?;
     let folder = workspace.target_dir().join("g474");
     std::fs::create_dir_all(&folder)
         .map_err(|why| Failure::new(format!("cannot make {}", folder.display())).because(why))?;
     let sound = folder.join("sound.u16");
-    std::fs::write(&sound, figures::sound(SECONDS))
+    let codes = figures::sound(SECONDS).into_iter();
+    let bytes: Vec<u8> = codes.flat_map(u16::to_le_bytes).collect();
+    std::fs::write(&sound, bytes)
         .map_err(|why| Failure::new(format!("cannot write {}", sound.display())).because(why))?;
     let run = Run {
         seconds: SECONDS,

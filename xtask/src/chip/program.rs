@@ -31,9 +31,8 @@ impl Program {
     /// # Errors
     /// It is not there, or [`Program::read`]'s.
     pub fn read_file(path: &Path) -> Result<Self> {
-        let elf = std::fs::read(path)
-            .map_err(|why| Failure::new(format!("cannot read {}", path.display())).because(why))?;
-        Self::read(&elf).map_err(|why| Failure::new(format!("{}: {why}", path.display())))
+        Self::read(&bytes_of(path)?)
+            .map_err(|why| Failure::new(format!("{}: {why}", path.display())))
     }
 
     /// Reads an image.
@@ -92,14 +91,17 @@ impl Program {
     }
 
     /// Every word of an image's parts, wherever it begins on a halfword.
-    pub fn words(elf: &[u8]) -> Vec<u32> {
-        let Ok(file) = object::File::parse(elf) else {
-            return Vec::new();
-        };
+    ///
+    /// # Errors
+    /// The file cannot be read, or is no ELF file.
+    pub fn words(path: &Path) -> Result<Vec<u32>> {
+        let elf = bytes_of(path)?;
+        let file = object::File::parse(elf.as_slice())
+            .map_err(|why| Failure::new("the image is no ELF file").because(why))?;
         let parts = file.segments().filter_map(|part| part.data().ok());
         let each = parts.flat_map(|bytes| bytes.windows(4).step_by(2));
-        each.map(|w| u32::from_le_bytes([w[0], w[1], w[2], w[3]]))
-            .collect()
+        let words = each.map(|w| u32::from_le_bytes([w[0], w[1], w[2], w[3]]));
+        Ok(words.collect())
     }
 
     fn find(&self, at: u32) -> Option<Instruction> {
@@ -121,6 +123,11 @@ impl Program {
             kind: Kind::Plain,
         })
     }
+}
+
+fn bytes_of(path: &Path) -> Result<Vec<u8>> {
+    std::fs::read(path)
+        .map_err(|why| Failure::new(format!("cannot read {}", path.display())).because(why))
 }
 
 #[cfg(test)]
