@@ -96,7 +96,7 @@ impl Content {
     /// What to do with such a file under another kind's name.
     pub(super) fn remedy(self) -> String {
         match self.ending() {
-            Some(ending) => format!("give it a name that ends in {ending}"),
+            Some(ending) => format!("read it from a file whose name ends in {ending}"),
             None => "convert it to WAV or FLAC".to_owned(),
         }
     }

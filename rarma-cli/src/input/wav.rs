@@ -101,28 +101,32 @@ pub(super) fn begin(
 
 /// Checks the first twelve bytes; true for RF64.
 fn magic(bytes: &[u8]) -> Result<bool, InputError> {
-    let not = |what: &str| {
+    let not = |what: &str, remedy: &str| {
         Err(InputError::new(
             Problem::NotThisFormat,
             "byte 0",
             what,
-            "convert it to WAV, or correct the extension",
+            remedy,
         ))
     };
+    let convert = "convert it to WAV, or correct the extension";
     let size64 = match bytes {
         b if b.len() < 4 && (b"RIFF".starts_with(b) || b"RF64".starts_with(b)) => false,
         [b'R', b'I', b'F', b'F', ..] => false,
         [b'R', b'F', b'6', b'4', ..] => true,
         _ => {
             return match Content::of(bytes) {
-                Some(other) => not(&format!("not a WAV file but {}", other.name())),
-                None => not("not a WAV file: it does not begin with RIFF"),
+                Some(other) => not(
+                    &format!("not a WAV file but {}", other.name()),
+                    &other.remedy(),
+                ),
+                None => not("not a WAV file: it does not begin with RIFF", convert),
             };
         }
     };
     match bytes.get(8..12) {
         Some(b"WAVE") => Ok(size64),
-        Some(_) => not("a RIFF file, but not a WAVE"),
+        Some(_) => not("a RIFF file, but not a WAVE", convert),
         None => Err(InputError::new(
             Problem::Truncated,
             format!("byte {}", bytes.len()),

@@ -29,7 +29,7 @@ fn crc(bytes: &[u8], polynomial: u32, width: u32) -> u32 {
         let crc = crc ^ u32::from(*byte) << (width - 8);
         (0..8).fold(crc, |crc, _| {
             let out = crc >> (width - 1) & 1;
-            (crc << 1 ^ out * polynomial) & ((1 << width) - 1)
+            ((crc << 1) ^ (out * polynomial)) & ((1 << width) - 1)
         })
     })
 }
@@ -98,6 +98,9 @@ fn words(all: &[u32]) -> Vec<u8> {
     all.iter().flat_map(|w| w.to_be_bytes()).collect()
 }
 
+/// Bytes, and how many frames of sound are in them.
+pub type Packet = (Vec<u8>, u32);
+
 /// An MPEG-4 file.
 pub struct Movie {
     pub rate: u32,
@@ -109,7 +112,7 @@ pub struct Movie {
     /// The box inside of it.
     pub inside: Vec<u8>,
     /// Packets and how many frames each holds.
-    pub packets: Vec<(Vec<u8>, u32)>,
+    pub packets: Vec<Packet>,
     /// Where the sound begins, frames.
     pub begins: Option<u32>,
     /// The index stands before the sound.
@@ -161,7 +164,7 @@ impl Movie {
         entry.extend((self.rate << 16).to_be_bytes());
         entry.extend(&self.inside);
         let stsd = [words(&[0, 1]), boxed(&self.codec, &entry)].concat();
-        let each = |f: &dyn Fn(&(Vec<u8>, u32)) -> Vec<u32>| {
+        let each = |f: &dyn Fn(&Packet) -> Vec<u32>| {
             let all: Vec<u32> = self.packets.iter().flat_map(f).collect();
             words(&all)
         };
