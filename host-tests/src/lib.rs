@@ -9,6 +9,7 @@ pub mod bars;
 pub mod board_model;
 pub mod bound;
 pub mod cers_rig;
+pub mod encoder;
 pub mod every_command;
 pub mod exciter;
 pub mod files;

@@ -160,6 +160,18 @@ impl Known {
             .unwrap_or_else(|| panic!("{}: meta.json has no {key}", self.path.display()))
     }
 
+    /// `--rpm` and `--teeth` as the meta.json states them; none if it does not.
+    #[must_use]
+    pub fn stated(&self) -> Option<String> {
+        let rpm = match &self.meta["spindle_rpm"] {
+            Value::Array(speeds) => speeds.first()?.as_f64()?,
+            one => one.as_f64()?,
+        };
+        let teeth = self.meta["teeth"].as_u64();
+        let teeth = teeth.map_or_else(String::new, |z| format!(" --teeth {z}"));
+        Some(format!("--rpm {rpm}{teeth}"))
+    }
+
     /// A segment that the meta.json names: from, to, s.
     ///
     /// # Panics

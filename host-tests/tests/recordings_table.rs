@@ -158,17 +158,6 @@ impl Heard {
     }
 }
 
-/// `--rpm` and `--teeth` as the meta.json states them; none if it does not.
-fn stated(meta: &Value) -> Option<String> {
-    let rpm = match &meta["spindle_rpm"] {
-        Value::Array(speeds) => speeds.first()?.as_f64()?,
-        one => one.as_f64()?,
-    };
-    let teeth = meta["teeth"].as_u64();
-    let teeth = teeth.map_or_else(String::new, |z| format!(" --teeth {z}"));
-    Some(format!("--rpm {rpm}{teeth}"))
-}
-
 /// What the operators said of the instant `t`, s, of the video's sound.
 fn operators(meta: &Value, t: f64) -> Said {
     let offset = meta["video_minus_sensor_time_s"]
@@ -233,7 +222,7 @@ fn every_recording_of_machining() {
     for (name, label, by) in FILES {
         let known = Known::read(&shared, name);
         let file = name.rsplit('/').next().expect("a name");
-        for speed in stated(&known.meta).into_iter().chain([String::new()]) {
+        for speed in known.stated().into_iter().chain([String::new()]) {
             let (told, word) = match speed.as_str() {
                 "" => ("nothing", "not told"),
                 speed => (speed, "told"),

@@ -94,8 +94,8 @@ pub enum Command {
 /// What a file is.
 #[derive(Debug, Clone, Args)]
 pub struct InputArgs {
-    /// WAV (PCM 8/16/24/32, float), CSV, or raw .f32/.f64 (little endian, with --fs); `-`
-    /// for WAV from standard input, or raw samples with --raw.
+    /// WAV (PCM 8/16/24/32, float), .m4a, .mp4, .mov, .mp3, .flac, .ogg, CSV, or raw .f32/.f64
+    /// (little endian, with --fs); `-` for WAV from standard input, or raw samples with --raw.
     pub input: PathBuf,
     /// Channel, counted from 0.
     #[arg(long, default_value_t = 0)]

@@ -6,6 +6,12 @@
 
 #[path = "input/bench.rs"]
 mod bench;
+#[cfg(feature = "codecs")]
+#[path = "input/bytes.rs"]
+mod bytes;
+#[cfg(feature = "codecs")]
+#[path = "input/compressed.rs"]
+mod compressed;
 #[path = "input/formats.rs"]
 mod formats;
 
@@ -47,7 +53,7 @@ fn not_a_wav() {
 
 #[test]
 fn unknown_extension() {
-    for name in ["a.flac", "a"] {
+    for name in ["a.opus", "a"] {
         let e = Bench::new().refused(name, b"x", &opts());
         assert_eq!(e.problem, Problem::Extension);
     }

@@ -2,7 +2,8 @@
 
 use crate::{Result, Workspace, process};
 
-/// Runs `rarma demo` in release and lets it write to the terminal as it goes.
+/// Runs `rarma demo` in release and lets it write to the terminal as it goes. It needs no
+/// decoders and no sound card, and is built without: a quarter of a minute less.
 ///
 /// # Errors
 /// When cargo cannot be started.
@@ -14,6 +15,7 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
             "--release",
             "--package",
             "rarma-cli",
+            "--no-default-features",
             "--",
             "demo",
             "--out",

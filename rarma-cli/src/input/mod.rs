@@ -1,4 +1,5 @@
-//! Recordings in: WAV, CSV and raw little-endian floats become one [`Recording`].
+//! Recordings in: WAV, CSV, raw little-endian floats and what phones write become one
+//! [`Recording`].
 //!
 //! A [`Stream`] gives a recording block by block, of any length and from a pipe as well;
 //! [`read`] takes one channel whole (a minute at 48 kHz is 23 MB of `f64`). What is
@@ -11,11 +12,18 @@
 //! | `.wav`, `.wave` | PCM 8/16/24/32 bit, float 32/64 bit, any channel count | header, or [`ReadOptions::fs`] |
 //! | `.csv`, `.tsv`, `.txt` | `value`, or `time,value[,value…]` | time column, `# fs = 5000`, or [`ReadOptions::fs`] |
 //! | `.f32`, `.f64` | little-endian floats, one channel | [`ReadOptions::fs`] |
+//! | `.m4a`, `.mp4`, `.mov` | AAC-LC, MP3 or FLAC in MPEG-4, of a video its sound | header, or [`ReadOptions::fs`] |
+//! | `.mp3`, `.flac`, `.ogg`, `.oga` | MP3, FLAC, Ogg Vorbis or Ogg FLAC | header, or [`ReadOptions::fs`] |
 //! | `.frames` | record of a box with raw samples | the record, or [`ReadOptions::fs`] |
+//!
+//! Those of phones need the feature `codecs`, which is on unless switched off.
 
 mod bytes;
 mod circle;
 mod circle_write;
+#[cfg(feature = "codecs")]
+mod compressed;
+mod content;
 mod error;
 mod frames;
 mod health;
@@ -44,6 +52,7 @@ pub use time::RATES_HZ;
 pub use whole::{bytes, text};
 
 use crate::raw_streams::Gap;
+use content::Content;
 use std::path::{Path, PathBuf};
 
 /// What the caller knows or wants about a file.
@@ -53,7 +62,7 @@ pub struct ReadOptions {
     /// column, channel 0 is the first column after the time.
     pub channel: usize,
     /// Sampling rate, Hz (default: what the file says). Needed by raw files and
-    /// one-column CSV; wins over a WAV header, with a notice; must agree with a
+    /// one-column CSV; wins over a header, with a notice; must agree with a
     /// time column within 1 %.
     pub fs: Option<f64>,
     /// Stream of a record of a box, counted from 1 (default: the only one).
@@ -94,7 +103,8 @@ pub struct Recording {
     pub channel: usize,
     /// Channels in the file.
     pub channels: usize,
-    /// Where samples are missing, zeros standing in their place; of records of a box only.
+    /// Where samples are missing, zeros standing in their place: in records of a box, and in
+    /// compressed files that are damaged.
     pub gaps: Vec<Gap>,
     /// Length, s.
     pub seconds: f64,
@@ -118,6 +128,8 @@ enum Format {
     RawF64,
     RawS16,
     Frames,
+    /// Named one of these kinds of compressed files.
+    Compressed(Content),
 }
 
 impl Format {
@@ -129,6 +141,10 @@ impl Format {
             Some("f32") => Ok(Self::RawF32),
             Some("f64") => Ok(Self::RawF64),
             Some("frames") => Ok(Self::Frames),
+            Some("m4a" | "mp4" | "mov") => Ok(Self::Compressed(Content::Mp4)),
+            Some("mp3") => Ok(Self::Compressed(Content::Mp3)),
+            Some("flac") => Ok(Self::Compressed(Content::Flac)),
+            Some("ogg" | "oga") => Ok(Self::Compressed(Content::Ogg)),
             _ => Err(InputError::new(
                 Problem::Extension,
                 "name",
@@ -136,7 +152,7 @@ impl Format {
                     Some(e) => format!("unknown extension '.{e}'"),
                     None => "no extension, so the format is unknown".into(),
                 },
-                "use .wav, .csv, .f32, .f64 or .frames",
+                "use .wav, .flac, .m4a, .mp4, .mov, .mp3, .ogg, .csv, .f32, .f64 or .frames",
             )),
         }
     }
@@ -195,6 +211,32 @@ pub fn read_raw(
         check(&recording)?;
     }
     Ok(recording)
+}
+
+/// The rate that counts: what the caller says, with a notice, or the header.
+fn rate_of(
+    place: &str,
+    header: u32,
+    fs: Option<f64>,
+    notices: &mut Vec<String>,
+) -> Result<f64, InputError> {
+    match fs {
+        Some(fs) => {
+            if fs != f64::from(header) {
+                notices.push(format!(
+                    "header says {header} Hz: --fs {fs} Hz used instead"
+                ));
+            }
+            Ok(fs)
+        }
+        None if header == 0 => Err(InputError::new(
+            Problem::Rate,
+            place,
+            "the header says a sampling rate of 0 Hz",
+            "give --fs in hertz",
+        )),
+        None => Ok(f64::from(header)),
+    }
 }
 
 /// The error for a channel the file does not have.

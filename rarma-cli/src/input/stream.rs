@@ -106,9 +106,10 @@ impl Stream {
         path: &Path,
         name: &Path,
         piped: bool,
-        Known { fs, stream }: Known,
+        known: Known,
         raw: Option<Raw>,
     ) -> Result<Self, InputError> {
+        let Known { fs, stream } = known;
         if let Some(fs) = fs.filter(|fs| !(fs.is_finite() && *fs > 0.0)) {
             return Err(InputError::new(
                 Problem::Rate,
@@ -117,37 +118,8 @@ impl Stream {
                 "give a positive number of hertz",
             ));
         }
-        let (source, length) = if piped {
-            (Box::new(io::stdin()) as Box<dyn Read>, None)
-        } else {
-            let meta = fs::metadata(path).map_err(|e| InputError::from_io(&e))?;
-            if meta.is_dir() {
-                return Err(InputError::new(
-                    Problem::Directory,
-                    "open",
-                    "is a directory",
-                    "name one recording inside it",
-                ));
-            }
-            if raw.is_none() {
-                Format::of(path)?;
-            }
-            let file = File::open(path).map_err(|e| InputError::from_io(&e))?;
-            let length = meta.is_file().then_some(meta.len());
-            (Box::new(file) as Box<dyn Read>, length)
-        };
-        let mut bytes = Bytes::new(source);
-        if bytes.look(1)?.is_empty() {
-            return Err(InputError::new(
-                Problem::Empty,
-                "byte 0",
-                if piped {
-                    "nothing came"
-                } else {
-                    "the file is empty"
-                },
-                "record again, or copy it again",
-            ));
+        if !piped {
+            there(path)?;
         }
         let format = match raw {
             Some(Raw::S16) => Format::RawS16,
@@ -163,13 +135,21 @@ impl Stream {
                 "leave it out",
             ));
         }
-        let begin = match format {
-            Format::Wav => wav::begin(bytes, length, fs)?,
-            Format::Table => table::begin(bytes, fs)?,
-            Format::RawF32 => raw::begin(bytes, fs, raw::Width::F32)?,
-            Format::RawF64 => raw::begin(bytes, fs, raw::Width::F64)?,
-            Format::RawS16 => raw::begin(bytes, fs, raw::Width::S16)?,
-            Format::Frames => frames::begin(bytes, fs, stream)?,
+        let (begin, again) = if piped {
+            (
+                uncompressed(format, Box::new(io::stdin()), None, known)?,
+                false,
+            )
+        } else {
+            let file = File::open(path).map_err(|e| InputError::from_io(&e))?;
+            let meta = file.metadata().map_err(|e| InputError::from_io(&e))?;
+            let length = meta.is_file().then_some(meta.len());
+            let begin = match format {
+                Format::Compressed(_) if length == Some(0) => return Err(empty(false)),
+                Format::Compressed(named) => compressed(file, length, named, fs)?,
+                _ => uncompressed(format, Box::new(file), length, known)?,
+            };
+            (begin, length.is_some())
         };
         Ok(Self {
             path: name.to_path_buf(),
@@ -177,7 +157,7 @@ impl Stream {
             fs: begin.fs,
             step: begin.step,
             channels: begin.channels,
-            again: length.is_some(),
+            again,
             blocks: begin.blocks,
         })
     }
@@ -224,4 +204,75 @@ impl Stream {
         let end = self.blocks.end();
         end.map_err(|why| why.in_file(&self.path))
     }
+}
+
+/// That a file is there, and no directory.
+fn there(path: &Path) -> Result<(), InputError> {
+    let meta = fs::metadata(path).map_err(|e| InputError::from_io(&e))?;
+    if meta.is_dir() {
+        return Err(InputError::new(
+            Problem::Directory,
+            "open",
+            "is a directory",
+            "name one recording inside it",
+        ));
+    }
+    Ok(())
+}
+
+/// A file of no bytes, or a pipe that ends before it begins.
+fn empty(piped: bool) -> InputError {
+    InputError::new(
+        Problem::Empty,
+        "byte 0",
+        if piped {
+            "nothing came"
+        } else {
+            "the file is empty"
+        },
+        "record again, or copy it again",
+    )
+}
+
+/// Reads the header of what is read byte by byte; `length` is that of a file, none for a pipe.
+fn uncompressed(
+    format: Format,
+    source: Box<dyn Read>,
+    length: Option<u64>,
+    Known { fs, stream }: Known,
+) -> Result<Begin, InputError> {
+    let mut bytes = Bytes::new(source);
+    if bytes.look(1)?.is_empty() {
+        return Err(empty(length.is_none()));
+    }
+    match format {
+        Format::Wav | Format::Compressed(_) => wav::begin(bytes, length, fs),
+        Format::Table => table::begin(bytes, fs),
+        Format::RawF32 => raw::begin(bytes, fs, raw::Width::F32),
+        Format::RawF64 => raw::begin(bytes, fs, raw::Width::F64),
+        Format::RawS16 => raw::begin(bytes, fs, raw::Width::S16),
+        Format::Frames => frames::begin(bytes, fs, stream),
+    }
+}
+
+#[cfg(feature = "codecs")]
+use super::compressed::begin as compressed;
+
+/// What a program without decoders says of a compressed file.
+#[cfg(not(feature = "codecs"))]
+fn compressed(
+    _file: File,
+    _length: Option<u64>,
+    named: super::content::Content,
+    _fs: Option<f64>,
+) -> Result<Begin, InputError> {
+    Err(InputError::new(
+        Problem::Unsupported,
+        "name",
+        format!(
+            "{} is not read by this program, which was built without codecs",
+            named.name()
+        ),
+        "build it without --no-default-features, or convert the file to WAV",
+    ))
 }

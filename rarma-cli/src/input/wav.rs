@@ -9,8 +9,9 @@
 //! size that a streaming writer may have left there is not believed.
 
 use super::bytes::Bytes;
+use super::content::Content;
 use super::stream::{Begin, Blocks, End};
-use super::{InputError, Problem, no_channel};
+use super::{InputError, Problem, no_channel, rate_of};
 
 const PCM: u16 = 1;
 const FLOAT: u16 = 3;
@@ -100,28 +101,32 @@ pub(super) fn begin(
 
 /// Checks the first twelve bytes; true for RF64.
 fn magic(bytes: &[u8]) -> Result<bool, InputError> {
-    let not = |what: &str| {
+    let not = |what: &str, remedy: &str| {
         Err(InputError::new(
             Problem::NotThisFormat,
             "byte 0",
             what,
-            "convert it to WAV, or correct the extension",
+            remedy,
         ))
     };
+    let convert = "convert it to WAV, or correct the extension";
     let size64 = match bytes {
         b if b.len() < 4 && (b"RIFF".starts_with(b) || b"RF64".starts_with(b)) => false,
         [b'R', b'I', b'F', b'F', ..] => false,
         [b'R', b'F', b'6', b'4', ..] => true,
-        [0x89, b'P', b'N', b'G', ..] => return not("not a WAV file but a PNG picture"),
-        [b'f', b'L', b'a', b'C', ..] => return not("not a WAV file but FLAC"),
-        [b'O', b'g', b'g', b'S', ..] => return not("not a WAV file but Ogg"),
-        [b'I', b'D', b'3', ..] => return not("not a WAV file but MP3"),
-        [b'R', b'I', b'F', b'X', ..] => return not("a big-endian WAV file (RIFX)"),
-        _ => return not("not a WAV file: it does not begin with RIFF"),
+        _ => {
+            return match Content::of(bytes) {
+                Some(other) => not(
+                    &format!("not a WAV file but {}", other.name()),
+                    &other.remedy(),
+                ),
+                None => not("not a WAV file: it does not begin with RIFF", convert),
+            };
+        }
     };
     match bytes.get(8..12) {
         Some(b"WAVE") => Ok(size64),
-        Some(_) => not("a RIFF file, but not a WAVE"),
+        Some(_) => not("a RIFF file, but not a WAVE", convert),
         None => Err(InputError::new(
             Problem::Truncated,
             format!("byte {}", bytes.len()),
@@ -225,7 +230,7 @@ fn samples(
     fs: Option<f64>,
 ) -> Result<Begin, InputError> {
     let mut notices = Vec::new();
-    let fs = rate(layout, fs, &mut notices)?;
+    let fs = rate_of("fmt chunk", layout.rate, fs, &mut notices)?;
     let kind = if layout.float { "float" } else { "PCM" };
     Ok(Begin {
         format: format!("WAV, {kind} {} bit", layout.bits),
@@ -329,27 +334,6 @@ impl Blocks for Data {
 
     fn no_channel(&self, asked: usize, channels: usize) -> InputError {
         no_channel("fmt chunk", asked, channels)
-    }
-}
-
-fn rate(layout: Layout, fs: Option<f64>, notices: &mut Vec<String>) -> Result<f64, InputError> {
-    match fs {
-        Some(fs) => {
-            if fs != f64::from(layout.rate) {
-                notices.push(format!(
-                    "header says {} Hz: --fs {fs} Hz used instead",
-                    layout.rate
-                ));
-            }
-            Ok(fs)
-        }
-        None if layout.rate == 0 => Err(InputError::new(
-            Problem::Rate,
-            "fmt chunk",
-            "the header says a sampling rate of 0 Hz",
-            "give --fs in hertz",
-        )),
-        None => Ok(f64::from(layout.rate)),
     }
 }
 

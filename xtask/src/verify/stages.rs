@@ -12,7 +12,7 @@ use crate::fuzz::{long_form, targets};
 use crate::long::{self, Forms, LongForm};
 use crate::toolchain::ArmToolchain;
 use crate::{
-    EMULATED_BOARD, Failure, Result, TARGET, Workspace, chip, count, fw, page, process, qemu,
+    EMULATED_BOARD, Failure, Result, TARGET, Workspace, chip, count, fw, page, process, qemu, sound,
 };
 
 /// A check: reads and adds to the bench.
@@ -242,6 +242,7 @@ fn board_figures(bench: &mut Bench<'_>) -> Result<Outcome> {
 }
 
 fn host_tests(bench: &mut Bench<'_>) -> Result<Outcome> {
+    let encoder = sound::ensure_encoder();
     let mut tests = if process::find_program("cargo-nextest").is_some() {
         bench.cargo(&[
             "nextest",
@@ -263,10 +264,15 @@ fn host_tests(bench: &mut Bench<'_>) -> Result<Outcome> {
         ])
     };
     bench.require(&mut tests);
+    match &encoder {
+        Ok(()) => drop(tests.env("RARMA_REQUIRE_FFMPEG", "1")),
+        Err(failure) => eprintln!("{failure}"),
+    }
     let outcome = bench.pass_if(&mut tests)?;
     let without: Vec<&str> = [
         (bench.image.is_none(), "the emulated chip"),
         (bench.board.is_none(), "the model of the board's chip"),
+        (encoder.is_err(), "an encoder of sound"),
     ]
     .into_iter()
     .filter_map(|(lacks, what)| lacks.then_some(what))
