@@ -15,6 +15,18 @@ static WRITING: Mutex<()> = Mutex::new(());
 /// # Panics
 /// The part has other lines: they are named.
 pub fn holds(path: &str, name: &'static str, text: &str) {
+    compared(path, name, text, |a, b| a == b);
+}
+
+/// The same for figures of an image: its numbers to within [`page::TOLERANCE`].
+///
+/// # Panics
+/// The part has other lines: they are named.
+pub fn nearly_holds(path: &str, name: &'static str, text: &str) {
+    compared(path, name, text, page::is_near);
+}
+
+fn compared(path: &str, name: &'static str, text: &str, is_same: fn(&str, &str) -> bool) {
     let _writing = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path);
     let document = page::read(&file).unwrap_or_else(|why| panic!("{why}"));
@@ -28,7 +40,7 @@ pub fn holds(path: &str, name: &'static str, text: &str) {
     let (_, old, _) = part
         .split(&document)
         .unwrap_or_else(|why| panic!("{path}: {why}"));
-    let told = differences(old, text);
+    let told = differences(old, text, is_same);
     assert!(
         told.is_empty(),
         "{path} says what is no longer so (RARMA_WRITE_TABLE=1 writes it):\n{told}"
@@ -36,8 +48,8 @@ pub fn holds(path: &str, name: &'static str, text: &str) {
 }
 
 /// The lines that only one of two texts has.
-fn differences(page: &str, measured: &str) -> String {
-    let lacks = |text: &str, line: &&str| !text.lines().any(|other| other == *line);
+fn differences(page: &str, measured: &str, is_same: fn(&str, &str) -> bool) -> String {
+    let lacks = |text: &str, line: &&str| !text.lines().any(|other| is_same(other, line));
     let gone = page.lines().filter(|line| lacks(measured, line));
     let new = measured.lines().filter(|line| lacks(page, line));
     gone.map(|line| format!("page:     {line}\n"))
@@ -51,9 +63,10 @@ mod tests {
 
     #[test]
     fn a_line_that_is_no_longer_so_is_named_with_the_new_one() {
-        let told = differences("| a | 1 |\n| b | 2 |\n", "| a | 1 |\n| b | 3 |\n");
+        let exact = |a: &str, b: &str| a == b;
+        let told = differences("| a | 1 |\n| b | 2 |\n", "| a | 1 |\n| b | 3 |\n", exact);
         assert_eq!(told, "page:     | b | 2 |\nmeasured: | b | 3 |\n");
-        assert_eq!(differences("same\n", "same\n"), "");
+        assert_eq!(differences("same\n", "same\n", exact), "");
     }
 
     #[test]

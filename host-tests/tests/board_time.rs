@@ -59,7 +59,7 @@ fn what_the_core_takes_for_its_samples() {
     }
     println!("{table}");
     all_judged("board time");
-    page::holds("docs/flash.md", "board-time", &table);
+    page::nearly_holds("docs/flash.md", "board-time", &table);
 }
 
 /// What an order takes: the least and the most by the manual, where there are two.

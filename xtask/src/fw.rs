@@ -214,6 +214,7 @@ pub fn elf_path(workspace: &Workspace, board: &str, binary: &str) -> PathBuf {
 pub fn command(workspace: &Workspace, toolchain: &ArmToolchain, request: &Request) -> Command {
     let mut command = toolchain.cargo(workspace);
     command
+        .args(same_anywhere(workspace))
         .args(request.cargo_line())
         .env("CARGO_TARGET_DIR", workspace.firmware_target_dir())
         .env("RARMA_XTASK", workspace.program());
@@ -221,6 +222,27 @@ pub fn command(workspace: &Workspace, toolchain: &ArmToolchain, request: &Reques
         command.env(RUNNER_VARIABLE, FLASH_RUNNER);
     }
     command
+}
+
+/// Options by which an image is the same wherever it is built: the texts of its panics hold the paths
+/// of its sources.
+fn same_anywhere(workspace: &Workspace) -> [String; 2] {
+    let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
+    let home = home.or_else(|| Some(std::env::home_dir()?.join(".cargo")));
+    let folders = [
+        home.map(|home| (home, "cargo")),
+        Some((workspace.target_dir().to_path_buf(), "target")),
+        Some((workspace.root().to_path_buf(), "rarma")),
+    ];
+    // Of those that fit, the compiler takes the last.
+    let flags: Vec<String> = folders
+        .into_iter()
+        .flatten()
+        .rev()
+        .map(|(folder, name)| format!("--remap-path-prefix={}={name}", folder.display()))
+        .collect();
+    let flags = format!("target.{TARGET}.rustflags={flags:?}");
+    ["--config".to_owned(), flags]
 }
 
 /// Builds a board's image and returns its path.

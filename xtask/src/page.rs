@@ -36,6 +36,44 @@ impl Part {
     }
 }
 
+/// How far two figures of one image may be apart and count as equal: where an image is built decides
+/// where its constants lie, and that a few cycles.
+pub const TOLERANCE: f64 = 0.02;
+
+/// Whether two lines say the same, their numbers to within [`TOLERANCE`] or one of their last digit.
+pub fn is_near(is: &str, was: &str) -> bool {
+    let (is, was) = (pieces(is), pieces(was));
+    is.len() == was.len() && is.iter().zip(&was).all(|(is, was)| are_near(is, was))
+}
+
+/// A line cut into numbers and what stands between them.
+fn pieces(line: &str) -> Vec<&str> {
+    line.split_inclusive(|c: char| !is_of_number(c))
+        .flat_map(|piece| {
+            let end = piece.trim_end_matches(|c| !is_of_number(c)).len();
+            let (number, other) = piece.split_at(end);
+            [number, other]
+        })
+        .filter(|piece| !piece.is_empty())
+        .collect()
+}
+
+fn is_of_number(c: char) -> bool {
+    c.is_ascii_digit() || c == '.'
+}
+
+fn are_near(is: &str, was: &str) -> bool {
+    let (Ok(a), Ok(b)) = (is.parse::<f64>(), was.parse::<f64>()) else {
+        return is == was;
+    };
+    let decimals = |text: &str| text.split_once('.').map_or(0, |(_, after)| after.len());
+    if decimals(is) != decimals(was) {
+        return false;
+    }
+    let last = 0.1f64.powi(i32::try_from(decimals(was)).unwrap_or(0));
+    (a - b).abs() <= (TOLERANCE * b.abs()).max(1.001 * last)
+}
+
 /// Reads a page.
 ///
 /// # Errors
@@ -68,6 +106,29 @@ mod tests {
         let new = PART.written_into(page, "new\n").expect("has markers");
         assert_eq!(new, "a\n<!-- some:begin -->\nnew\n<!-- some:end -->\nb\n");
         assert_eq!(PART.split(&new), Ok(("a\n", "new\n", "b\n")));
+    }
+
+    #[test]
+    fn figures_are_near_within_two_percent_or_one_of_the_last_digit() {
+        for (is, was) in [
+            ("| noise | 1583 to 1888 |", "| noise | 1583 to 1887 |"),
+            ("385.0", "390.0"),
+            ("31 to 38 %", "32 to 38 %"),
+            ("2.41 ms", "2.41 ms"),
+            ("(4,3)", "(4,3)"),
+        ] {
+            assert!(is_near(is, was), "{is}: {was}");
+        }
+        for (is, was) in [
+            ("385.0", "395.0"),
+            ("| noise | 3 |", "| steps | 3 |"),
+            ("1 to 2 %", "1 to 4 %"),
+            ("0.5", "0.50"),
+            ("12 ms", "12 s"),
+            ("1 2", "1"),
+        ] {
+            assert!(!is_near(is, was), "{is}: {was}");
+        }
     }
 
     #[test]

@@ -148,7 +148,7 @@ pub trait BoxBoard: Emergency {
     fn pulse(&mut self) -> Option<Pulse>;
 
     /// Hands the current loop its order and takes its report; see
-    /// [`CurrentLoop::exchange`](crate::CurrentLoop::exchange). Fails in no way: a loop
+    /// [`MainSide::exchange`](crate::current_loop::MainSide::exchange). Fails in no way: a loop
     /// that does not run is known by its count of periods.
     fn coils(&mut self, order: &CoilOrder) -> CoilReport;
 

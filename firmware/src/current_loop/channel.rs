@@ -4,7 +4,7 @@
 //! current. A sensor that does not move and a coil that takes no current are told from a
 //! millisecond's worth.
 
-use super::order::{CoilLimits, CoilOrder};
+use super::order::CoilLimits;
 use crate::board::AdcCode;
 use rarma_core::cers::Regulator;
 use rarma_core::guard::FaultCode;
@@ -16,15 +16,6 @@ pub(super) const LOST_PERIODS: u32 = 3;
 const OVER_PERIODS: u32 = 2;
 /// Codes nearer to an end of the range than this are no current: 1 %.
 const RAIL: u16 = 655;
-/// The same code for this long while regulating is no current, ms: converters have noise.
-const STUCK_MS: u32 = 10;
-/// Voltage without current for this long is an open coil, ms.
-const OPEN_MS: u32 = 2;
-/// A target below this does not tell an open coil, A.
-const OPEN_TARGET_A: f32 = 0.1;
-/// Less than this part of the target with more than half of the voltage: an open coil.
-const OPEN_PART: f32 = 0.3;
-
 /// An order's limits as every period wants them: worked out once a millisecond.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Scale {
@@ -48,32 +39,28 @@ impl Scale {
     }
 }
 
+/// What a channel counts between two orders.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Sums {
+    pub(super) current_a: f32,
+    pub(super) square_a2: f32,
+    pub(super) duty: f32,
+    /// The last code, and the bits that have changed.
+    pub(super) last: u16,
+    pub(super) changed: u16,
+}
+
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Channel {
     pub(super) regulator: Regulator,
     pub(super) current_a: f32,
     /// Of the period that runs, as a part of the supply.
     pub(super) duty: f32,
-    pub(super) sum_duty: f32,
     pub(super) zero_a: f32,
-    sum_a: f32,
-    sum_a2: f32,
-    last: u16,
-    /// Bits of the code that have changed since the last exchange.
-    changed: u16,
+    pub(super) sums: Sums,
     lost: u32,
     over: u32,
-    still_ms: u32,
-    open_ms: u32,
     zero_sum: f32,
-}
-
-/// Means of a channel over a millisecond.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Means {
-    pub(super) current_a: f32,
-    pub(super) square_a2: f32,
-    pub(super) duty: f32,
 }
 
 impl Channel {
@@ -85,11 +72,12 @@ impl Channel {
         if !at_end {
             self.current_a = scale.raw_a(code) - self.zero_a;
         }
-        self.changed |= code ^ self.last;
-        self.last = code;
+        let sums = &mut self.sums;
+        sums.changed |= code ^ sums.last;
+        sums.last = code;
         let i = self.current_a;
-        self.sum_a += i;
-        self.sum_a2 += i * i;
+        sums.current_a += i;
+        sums.square_a2 += i * i;
         let over = i.abs() > scale.trip_a;
         if at_end || over {
             return self.odd(at_end, over);
@@ -111,7 +99,7 @@ impl Channel {
     /// What is wrong, with which value.
     pub(super) fn accuse(&self) -> Option<(FaultCode, f32)> {
         if self.lost >= LOST_PERIODS {
-            Some((FaultCode::CurrentSensorLost, f32::from(self.last)))
+            Some((FaultCode::CurrentSensorLost, f32::from(self.sums.last)))
         } else if self.over >= OVER_PERIODS {
             Some((FaultCode::OverCurrent, self.current_a))
         } else {
@@ -122,7 +110,7 @@ impl Channel {
     /// Switches open: the code is the sensor's zero, an end of its range too.
     #[inline]
     pub(super) fn calibrate(&mut self, scale: &Scale) {
-        self.zero_sum += scale.raw_a(self.last);
+        self.zero_sum += scale.raw_a(self.sums.last);
     }
 
     pub(super) fn begin_calibration(&mut self) {
@@ -136,37 +124,16 @@ impl Channel {
     /// Nothing is known of the time before the switches are closed.
     pub(super) fn restart(&mut self) {
         self.regulator.reset();
-        (self.lost, self.over, self.still_ms, self.open_ms) = (0, 0, 0, 0);
+        (self.lost, self.over) = (0, 0);
     }
 
-    /// Once a millisecond: the means since the last call, and what is wrong with them.
-    pub(super) fn exchange(
-        &mut self,
-        counted: u32,
-        coil: usize,
-        order: &CoilOrder,
-    ) -> (Means, Option<(FaultCode, f32)>) {
-        let part = 1.0 / counted.max(1) as f32;
-        let means = Means {
-            current_a: self.sum_a * part,
-            square_a2: self.sum_a2 * part,
-            duty: self.sum_duty * part,
+    /// What has been counted since the last call.
+    pub(super) fn counted(&mut self) -> Sums {
+        let last = self.sums.last;
+        let new = Sums {
+            last,
+            ..Sums::default()
         };
-        let still = counted > 0 && self.changed == 0;
-        (self.sum_a, self.sum_a2, self.sum_duty, self.changed) = (0.0, 0.0, 0.0, 0);
-        let target = order.target_a.get(coil).copied().unwrap_or(0.0);
-        let open =
-            target > OPEN_TARGET_A && means.duty > 0.5 && means.current_a < OPEN_PART * target;
-        let run = |so: bool, n: u32| if so { n.saturating_add(1) } else { 0 };
-        self.still_ms = run(still, self.still_ms);
-        self.open_ms = run(open, self.open_ms);
-        let wrong = if self.still_ms >= STUCK_MS {
-            Some((FaultCode::CurrentSensorStuck, f32::from(self.last)))
-        } else if self.open_ms >= OPEN_MS {
-            Some((FaultCode::CoilOpen, means.current_a))
-        } else {
-            None
-        };
-        (means, wrong)
+        core::mem::replace(&mut self.sums, new)
     }
 }

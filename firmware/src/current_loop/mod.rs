@@ -2,8 +2,8 @@
 //!
 //! Rate: once a PWM period, in the interrupt of the current converter
 //! ([`CurrentLoop::period`]). Fast path: fixed work, no allocation, no logging. The main
-//! side exchanges an order for a report once a millisecond ([`CurrentLoop::exchange`], a
-//! copy of a few words, in a critical section on a real board).
+//! side exchanges an order for a report once a millisecond ([`MainSide::exchange`]); the loop is kept
+//! away while a few words are copied, in a critical section on a real board.
 //!
 //! A signal ([`Source`]) runs on top of the targets; one that measures is shown the force and
 //! the motion of every period. It starts and ends with the orders of the main side, and with
@@ -13,32 +13,36 @@
 //! older than its lease: a main side that hangs cannot leave a coil on.
 
 mod channel;
+mod main_side;
 mod order;
 
+pub use main_side::{Held, MainSide};
 pub use order::{CoilAction, CoilLimits, CoilOrder, CoilReport, CoilTrip, ForceScale};
 
 use crate::board::{AdcCode, COILS, CoilBridge};
-use channel::{Channel, LOST_PERIODS, Scale};
+use channel::{Channel, LOST_PERIODS};
+use main_side::Ready;
 use rarma_core::cers::{Block, Seen, Source};
 use rarma_core::guard::FaultCode;
 
 /// The loop. The board owns it where its interrupt is.
 #[derive(Debug, Clone, Default)]
 pub struct CurrentLoop {
-    order: CoilOrder,
+    ready: Ready,
     channels: [Channel; COILS],
     periods: u32,
     age: u32,
     counted: u32,
     zero_count: u32,
     missed: u32,
-    scale: Scale,
-    /// The order's numbers are numbers.
-    sound: bool,
+    /// How often the switches have been closed.
+    closings: u32,
     limiting: bool,
     closed: bool,
     trip: Option<CoilTrip>,
     signal: Option<Source>,
+    /// The signal's change of the currents in x and y, A; none before its first period.
+    change: Option<[f32; 2]>,
     limited: u32,
     block: Option<Block>,
 }
@@ -60,72 +64,7 @@ impl CurrentLoop {
     /// −y. It runs until it is over, another one starts, or the switches open.
     pub fn excite(&mut self, signal: &Source) {
         self.signal = Some(*signal);
-    }
-
-    /// Main side: gives an order, takes what has been seen since the last one.
-    pub fn exchange(&mut self, order: &CoilOrder) -> CoilReport {
-        if order.clear {
-            self.trip = None;
-        }
-        if order.action == CoilAction::Calibrate && self.order.action != CoilAction::Calibrate {
-            self.zero_count = 0;
-            for channel in &mut self.channels {
-                channel.begin_calibration();
-            }
-        }
-        if self.order.action == CoilAction::Calibrate
-            && order.action != CoilAction::Calibrate
-            && self.zero_count > 0
-        {
-            for channel in &mut self.channels {
-                channel.end_calibration(self.zero_count);
-            }
-        }
-        let past = self.order;
-        self.order = *order;
-        self.order.clear = false;
-        self.scale = Scale::new(&order.limits);
-        let finite = order.target_a.iter().all(|a| a.is_finite());
-        self.sound = finite && order.per_volt > 0.0 && order.per_volt < 1.0;
-        if order.quiet
-            && let Some(signal) = &mut self.signal
-        {
-            signal.end();
-        }
-        self.age = 0;
-        let (mut means, mut wrong) = ([None; COILS], None);
-        let channels = self.channels.iter_mut().zip(&mut means).enumerate();
-        for (k, (channel, means)) in channels {
-            let (mean, odd) = channel.exchange(self.counted, k, &past);
-            *means = Some(mean);
-            wrong = wrong.or(odd.map(|(code, value)| (code, k as u8, value)));
-        }
-        if self.closed
-            && let Some((code, coil, value)) = wrong
-        {
-            self.let_go(code, coil, value);
-        }
-        let mut report = CoilReport {
-            periods: self.periods,
-            counted: self.counted,
-            regulating: self.closed,
-            limiting: self.limiting,
-            trip: self.trip,
-            exciting: self.signal.is_some(),
-            limited: self.limited,
-            block: self.block.take(),
-            ..CoilReport::default()
-        };
-        for (k, (channel, mean)) in self.channels.iter().zip(means).enumerate() {
-            let Some(mean) = mean else { continue };
-            report.current_a[k] = mean.current_a;
-            report.square_a2[k] = mean.square_a2;
-            report.duty[k] = mean.duty;
-            report.zero_a[k] = channel.zero_a;
-        }
-        self.counted = 0;
-        self.limiting = false;
-        report
+        self.change = None;
     }
 
     /// Fast side: one PWM period.
@@ -142,7 +81,7 @@ impl CurrentLoop {
             Err(_) => {
                 self.missed = self.missed.saturating_add(1);
                 if self.missed >= LOST_PERIODS && self.closed {
-                    self.let_go(FaultCode::Bridge, 0, self.missed as f32);
+                    self.trips(FaultCode::Bridge, 0, self.missed as f32);
                 }
             }
         }
@@ -153,25 +92,26 @@ impl CurrentLoop {
                 .channels
                 .get(usize::from(coil))
                 .map_or(0.0, |c| c.current_a);
-            self.let_go(FaultCode::Comparator, coil, current);
+            self.trips(FaultCode::Comparator, coil, current);
         }
-        if self.closed && self.age > self.order.limits.lease_periods {
-            self.let_go(FaultCode::OrderStale, 0, self.age as f32);
+        if self.closed && self.age > self.ready.order.limits.lease_periods {
+            self.trips(FaultCode::OrderStale, 0, self.age as f32);
         }
-        if self.order.action == CoilAction::Regulate && self.trip.is_none() {
+        if self.ready.order.action == CoilAction::Regulate && self.trip.is_none() {
             if !self.closed {
                 bridge.rearm();
                 for channel in &mut self.channels {
                     channel.restart();
                 }
                 self.closed = true;
+                self.closings = self.closings.wrapping_add(1);
             }
-            let change = self.change(bridge);
-            let duty = self.regulate(change);
+            let duty = self.regulate();
             if self.trip.is_none() {
                 if bridge.set_duty(duty).is_err() {
-                    self.let_go(FaultCode::Bridge, 0, 0.0);
+                    self.trips(FaultCode::Bridge, 0, 0.0);
                 } else {
+                    self.look_ahead(bridge);
                     return;
                 }
             }
@@ -180,15 +120,20 @@ impl CurrentLoop {
         bridge.off();
         self.closed = false;
         self.signal = None;
+        self.change = None;
         for channel in &mut self.channels {
             channel.duty = 0.0;
         }
     }
 
-    fn let_go(&mut self, code: FaultCode, coil: u8, value: f32) {
-        if self.trip.is_none() {
-            self.trip = Some(CoilTrip { code, coil, value });
-        }
+    fn trips(&mut self, code: FaultCode, coil: u8, value: f32) {
+        self.let_go(CoilTrip { code, coil, value });
+    }
+
+    /// Trips, unless it has tripped already; why it has.
+    fn let_go(&mut self, trip: CoilTrip) -> Option<CoilTrip> {
+        self.trip = self.trip.or(Some(trip));
+        self.trip
     }
 
     /// Codes to currents, and what can be told from them at once.
@@ -197,30 +142,33 @@ impl CurrentLoop {
         self.counted += 1;
         let mut doubtful = false;
         for (channel, code) in self.channels.iter_mut().zip(codes) {
-            doubtful |= channel.take(*code, &self.scale);
+            doubtful |= channel.take(*code, &self.ready.scale);
         }
-        if self.order.action == CoilAction::Calibrate {
+        if self.ready.order.action == CoilAction::Calibrate {
             self.zero_count = self.zero_count.wrapping_add(1);
             for channel in &mut self.channels {
-                channel.calibrate(&self.scale);
+                channel.calibrate(&self.ready.scale);
             }
         }
         if doubtful && self.closed {
             let mut each = self.channels.iter().enumerate();
             if let Some((k, (code, value))) = each.find_map(|(k, c)| Some((k, c.accuse()?))) {
-                self.let_go(code, k as u8, value);
+                self.trips(code, k as u8, value);
             }
         }
     }
 
-    /// The signal's change of the currents in x and y, A; shows it what it has done.
+    /// Shows the signal what it has done, and takes its change of the next period: when this period's
+    /// duty is out, so that the duty need not wait for either.
     #[inline]
-    fn change<B: CoilBridge>(&mut self, bridge: &mut B) -> [f32; 2] {
+    fn look_ahead<B: CoilBridge>(&mut self, bridge: &mut B) {
         let Some(signal) = &mut self.signal else {
-            return [0.0; 2];
+            self.change = None;
+            return;
         };
-        let change = signal.next_period();
-        if let (Some(axis), Some(scale)) = (signal.measures(), &self.order.force) {
+        if self.change.is_some()
+            && let (Some(axis), Some(scale)) = (signal.measures(), &self.ready.order.force)
+        {
             let gaps = bridge.gaps();
             let [xp, xm, yp, ym] = &self.channels;
             let (plus, minus) = if axis == 0 { (xp, xm) } else { (yp, ym) };
@@ -238,18 +186,19 @@ impl CurrentLoop {
             });
             self.block = block.or(self.block);
         }
-        if change.is_none() {
+        self.change = signal.next_period();
+        if self.change.is_none() {
             self.signal = None;
         }
-        change.unwrap_or([0.0; 2])
     }
 
     #[inline]
-    fn regulate(&mut self, [dx, dy]: [f32; 2]) -> [f32; COILS] {
+    fn regulate(&mut self) -> [f32; COILS] {
         let mut duty = [0.0; COILS];
-        let order = &self.order;
-        if !(self.sound && (dx + dy).is_finite()) {
-            self.let_go(FaultCode::NotFinite, 0, 0.0);
+        let [dx, dy] = self.change.unwrap_or([0.0; 2]);
+        let order = &self.ready.order;
+        if !(self.ready.sound && (dx + dy).is_finite()) {
+            self.trips(FaultCode::NotFinite, 0, 0.0);
             return duty;
         }
         let mut held = false;
@@ -273,7 +222,7 @@ impl CurrentLoop {
                 .update(tuning, target, channel.current_a, order.per_volt);
             held |= drive.limiting;
             channel.duty = drive.duty;
-            channel.sum_duty += drive.duty;
+            channel.sums.duty += drive.duty;
             *duty = drive.duty;
         }
         self.limiting |= held;

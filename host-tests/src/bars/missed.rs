@@ -19,27 +19,6 @@ pub const MISSED: &[Missed] = &[
         why: "two magnets' law and the lock-in take 60 % in every period, the monitor 50: a stepped sine and a listening monitor do not go together",
     },
     Missed {
-        bar: "board duties: latency of the loop, half periods, signal noise",
-        asked: 0.0..=1.0,
-        got: 2.1..=2.31,
-        test: "board_duties::the_loop_breaks_into_listening",
-        why: "the exchange between main side and loop masks interrupts for 14 µs once a millisecond, the handler itself takes 9",
-    },
-    Missed {
-        bar: "board duties: latency of the loop, half periods, signal none",
-        asked: 0.0..=1.0,
-        got: 1.79..=1.98,
-        test: "board_duties::the_loop_breaks_into_listening",
-        why: "as above, the handler takes 7 µs",
-    },
-    Missed {
-        bar: "board duties: latency of the loop, half periods, signal stepped sine",
-        asked: 0.0..=1.0,
-        got: 2.27..=2.51,
-        test: "board_duties::the_loop_breaks_into_listening",
-        why: "as above, the handler takes 11 µs",
-    },
-    Missed {
         bar: "board passes: a setting is saved, ms",
         asked: 0.0..=10.0,
         got: 51.0..=57.0,

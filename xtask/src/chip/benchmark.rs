@@ -17,8 +17,6 @@ use crate::{Failure, Result, Workspace, process};
 
 /// Where the table is in a file that holds it.
 const PART: Part = Part("benchmarks");
-/// Greatest relative difference of two figures that count as equal.
-const TOLERANCE: f64 = 0.02;
 /// The clock of the published figures, MHz.
 const MHZ: f64 = 170.0;
 /// Dhrystones a second of a machine of one DMIPS.
@@ -297,21 +295,11 @@ fn check(text: &str, path: &Path) -> Result<()> {
 
 /// Whether two tables have the same figures, but for a little.
 fn same(is: &str, was: &str) -> bool {
-    let numbers = |text: &str| -> Vec<Vec<f64>> {
-        let mut all = Vec::new();
-        for row in text.lines().filter(|line| line.starts_with('|')) {
-            let cells = row.split('|').filter_map(|cell| cell.trim().parse().ok());
-            all.push(cells.collect());
-        }
-        all
-    };
-    let (is, was) = (numbers(is), numbers(was));
-    let near = |a: &f64, b: &f64| (a - b).abs() <= TOLERANCE * b.abs();
-    is.len() == was.len()
+    is.lines().count() == was.lines().count()
         && is
-            .iter()
-            .zip(&was)
-            .all(|(is, was)| is.len() == was.len() && is.iter().zip(was).all(|(a, b)| near(a, b)))
+            .lines()
+            .zip(was.lines())
+            .all(|(is, was)| page::is_near(is, was))
 }
 
 #[cfg(test)]

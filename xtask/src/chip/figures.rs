@@ -4,14 +4,11 @@ use std::fmt::Write as _;
 
 use crate::arm_image::ArmImage;
 use crate::count::calls::Unwanted;
-use crate::page::Part;
+use crate::page::{Part, TOLERANCE};
 use crate::{Failure, Result};
 
 /// Where the table is in a file that holds it.
 const PART: Part = Part("chip");
-
-/// Greatest relative difference of two sizes or counts that count as equal.
-const TOLERANCE: f64 = 0.02;
 
 /// The chip's flash for the image, and its memory: the memory map's.
 const FLASH_BYTES: u64 = 480 * 1024;

@@ -2,13 +2,10 @@
 
 use std::fmt::Write as _;
 
-use crate::page::Part;
+use crate::page::{Part, TOLERANCE};
 
 /// Where the table is in a file that holds it.
 const PART: Part = Part("count");
-
-/// Greatest relative difference between two counts that count as equal.
-pub const TOLERANCE: f64 = 0.02;
 
 const HEADER: &str = "| kernel | instructions/sample | est. cycles/sample | code bytes | stack bytes | state bytes | f64 calls | panic calls |";
 

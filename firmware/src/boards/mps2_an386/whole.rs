@@ -12,7 +12,7 @@ use crate::board::{
     AdcCode, Block, BoardError, BoardErrorKind, BoxBoard, COILS, Clock, CoilBridge, Contacts,
     DacCode, Emergency, GAPS, Lights, Origin, Pulse, ResetCause, SensorCodes,
 };
-use crate::current_loop::{CoilOrder, CoilReport, CurrentLoop};
+use crate::current_loop::{CoilOrder, CoilReport, CurrentLoop, MainSide};
 use core::ops::Range;
 use cortex_m_semihosting::{nr, syscall1};
 use rarma_core::cers::Source;
@@ -77,6 +77,7 @@ pub struct Mps2Box {
     uart: Uart,
     sound: Resonance,
     coils: CurrentLoop,
+    main_side: MainSide,
     flash: MemoryFlash,
     kept: [u8; KEPT_BYTES],
     /// Samples given or lost.
@@ -91,6 +92,7 @@ impl Mps2Box {
             uart: Uart::start(),
             sound: Resonance::new(),
             coils: CurrentLoop::new(),
+            main_side: MainSide::default(),
             flash: MemoryFlash::default(),
             kept: [0; KEPT_BYTES],
             taken: 0,
@@ -142,9 +144,9 @@ impl BoxBoard for Mps2Box {
     }
 
     fn coils(&mut self, order: &CoilOrder) -> CoilReport {
-        let report = self.coils.exchange(order);
+        let report = self.main_side.exchange(&mut self.coils, order);
         self.coils.period(&mut NoBridges);
-        report
+        report.unwrap_or_default()
     }
 
     fn excite(&mut self, signal: &Source) {

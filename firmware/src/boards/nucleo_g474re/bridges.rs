@@ -8,7 +8,7 @@
 use super::timing::{self, DEAD_TIME_NS, PWM_HZ, PWM_TOP};
 use super::{injected, scaling};
 use crate::board::{AdcCode, BoardError, BoardErrorKind, COILS, CoilBridge, DacCode, GAPS};
-use crate::current_loop::{CoilAction, CoilOrder, CoilReport, CurrentLoop};
+use crate::current_loop::{CoilAction, CoilOrder, CoilReport, CurrentLoop, Held, MainSide};
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicBool, Ordering};
 use embassy_stm32::interrupt::typelevel::{self, Handler, Interrupt};
@@ -47,8 +47,8 @@ unsafe impl Sync for SharedLoop {}
 
 static LOOP: SharedLoop = SharedLoop(UnsafeCell::new(None));
 
-impl SharedLoop {
-    fn with<R>(&self, act: impl FnOnce(&mut CurrentLoop) -> R) -> Option<R> {
+impl Held for &SharedLoop {
+    fn hold<R>(&mut self, act: impl FnOnce(&mut CurrentLoop) -> R) -> Option<R> {
         critical_section::with(|_| {
             // SAFETY: see `Sync` above; the borrow ends with the section.
             unsafe { &mut *self.0.get() }.as_mut().map(act)
@@ -71,29 +71,26 @@ impl Handler<typelevel::ADC3> for PeriodInterrupt {
 #[inline(never)]
 #[unsafe(no_mangle)]
 extern "C" fn current_duty() {
-    LOOP.with(|regulators| regulators.period(&mut Bridges));
+    (&LOOP).hold(|regulators| regulators.period(&mut Bridges));
 }
 
 /// Main side of the loop.
 ///
 /// While nothing is to be done the interrupt is off, which leaves a fifth of the core to
 /// listening; the loop then has one period here, in which it opens the switches.
-pub(super) fn exchange(order: &CoilOrder) -> CoilReport {
+pub(super) fn exchange(main_side: &mut MainSide, order: &CoilOrder) -> CoilReport {
     let in_use = order.action != CoilAction::Off;
     ADC3.ier().modify(|w| w.set_jeosie(in_use));
-    LOOP.with(|regulators| {
-        let report = regulators.exchange(order);
-        if !in_use {
-            regulators.period(&mut Bridges);
-        }
-        report
-    })
-    .unwrap_or_default()
+    let report = main_side.exchange(&mut &LOOP, order);
+    if !in_use {
+        (&LOOP).hold(|regulators| regulators.period(&mut Bridges));
+    }
+    report.unwrap_or_default()
 }
 
 /// Starts a signal in the loop.
 pub(super) fn excite(signal: &Source) {
-    LOOP.with(|regulators| regulators.excite(signal));
+    (&LOOP).hold(|regulators| regulators.excite(signal));
 }
 
 /// Why the timer does not switch.

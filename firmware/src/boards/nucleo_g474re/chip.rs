@@ -23,6 +23,7 @@ use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{Peri, bind_interrupts, peripherals};
 
 use crate::board::{ResetCause, WATCHDOG_US};
+use crate::current_loop::MainSide;
 use rarma_core::guard::KEPT_BYTES;
 
 macro_rules! pin_set {
@@ -65,6 +66,7 @@ const KEPT_MARK: u32 = 0x5AFE_B0C5;
 #[allow(missing_debug_implementations)] // the HAL's drivers have none
 pub struct Nucleo {
     pub(super) microphones: Microphones,
+    pub(super) coils: MainSide,
     pub(super) tacho: Tacho,
     pub(super) link: Link,
     pub(super) flash: SettingsFlash,
@@ -201,6 +203,7 @@ impl Nucleo {
         clock::watch_crystal();
         Self {
             microphones,
+            coils: MainSide::default(),
             tacho,
             link,
             flash: SettingsFlash(Flash::new_blocking(chip.FLASH)),

@@ -122,7 +122,7 @@ impl BoxBoard for Nucleo {
     }
 
     fn coils(&mut self, order: &CoilOrder) -> CoilReport {
-        bridges::exchange(order)
+        bridges::exchange(&mut self.coils, order)
     }
 
     fn excite(&mut self, signal: &Source) {

@@ -10,6 +10,7 @@ use super::link::RigLink;
 use super::plant::{Plant, RigConfig};
 use crate::plant::cers::ExciterConfig;
 use firmware::board::{Contacts, Emergency, Lights, ResetCause};
+use firmware::current_loop::MainSide;
 use firmware::{BoardError, BoardErrorKind, CurrentLoop};
 use rarma_core::guard::KEPT_BYTES;
 use std::collections::VecDeque;
@@ -107,6 +108,7 @@ pub struct SimRig {
     pub(super) plant: Plant,
     pub(super) bridge: SimBridge,
     coil_loop: CurrentLoop,
+    main_side: MainSide,
     faults: Vec<FaultEvent>,
     done: Vec<bool>,
     spindle_hz: f64,
@@ -176,6 +178,7 @@ impl SimRig {
             plant,
             bridge: SimBridge::default(),
             coil_loop: CurrentLoop::new(),
+            main_side: MainSide::default(),
             done: vec![false; set_up.faults.len()],
             faults: set_up.faults,
             spindle_hz: set_up.spindle_hz,
@@ -258,6 +261,7 @@ impl SimRig {
         self.drop_outputs();
         self.bridge = SimBridge::default();
         self.coil_loop = CurrentLoop::new();
+        self.main_side = MainSide::default();
         self.link.clear();
         self.flash.power_up();
         self.cause = cause;

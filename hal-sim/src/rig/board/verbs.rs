@@ -109,7 +109,8 @@ impl BoxBoard for SimRig {
     }
 
     fn coils(&mut self, order: &CoilOrder) -> CoilReport {
-        self.coil_loop.exchange(order)
+        let report = self.main_side.exchange(&mut self.coil_loop, order);
+        report.unwrap_or_default()
     }
 
     fn excite(&mut self, signal: &Source) {

@@ -4,7 +4,9 @@ use super::Kernel;
 use core::hint::black_box;
 use firmware::bar::BarDuty;
 use firmware::board::{AdcCode, BoardError, BoardErrorKind, COILS, CoilBridge, GAPS};
-use firmware::current_loop::{CoilAction, CoilLimits, CoilOrder, CurrentLoop, ForceScale};
+use firmware::current_loop::{
+    CoilAction, CoilLimits, CoilOrder, CurrentLoop, ForceScale, MainSide,
+};
 use rarma_core::cers::{
     AxisForce, Direction, ExcitationJob, Geometry, RegulatorConfig, Signal, Source,
 };
@@ -101,6 +103,7 @@ impl BoardError for Never {
 /// counted too: some forty instructions.
 struct Loop {
     coils: CurrentLoop,
+    main_side: MainSide,
     bridge: Chokes,
     order: CoilOrder,
     n: u32,
@@ -146,6 +149,7 @@ impl Loop {
         };
         let mut this = Self {
             coils: CurrentLoop::new(),
+            main_side: MainSide::default(),
             bridge: Chokes {
                 current: [0.0; COILS],
                 duty: [0.0; COILS],
@@ -163,7 +167,7 @@ impl Loop {
 
     fn exchange(&mut self) {
         // A trip would show: the duty would be 0.
-        black_box(self.coils.exchange(&self.order));
+        black_box(self.main_side.exchange(&mut self.coils, &self.order));
     }
 
     fn step(&mut self, y: f32) -> f32 {
