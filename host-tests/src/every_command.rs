@@ -67,6 +67,12 @@ pub fn cases() -> Vec<Case> {
             &["page/index.html"],
         ),
         case("monitor", "IN/sound.wav --json", &[]),
+        case(
+            "advise",
+            "IN/sound.wav --rpm 3000 --teeth 2 --reach 60:120 --report OUT/page",
+            &["page/index.html"],
+        ),
+        case("advise", "IN/sound.wav --json", &[]),
         case("identify", "IN/sound.wav --order 2,1", &[]),
         case("identify", "IN/sound.wav --order 2,1 --json", &[]),
         case("order", "IN/sound.wav --max 2", &[]),

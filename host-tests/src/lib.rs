@@ -4,6 +4,7 @@
 //! Nothing here is part of the product; the tests stand one file per promise in
 //! `tests/`.
 
+pub mod advice;
 pub mod amplitude;
 pub mod bars;
 pub mod board_model;

@@ -65,6 +65,7 @@ fn alarm(off: Option<f64>) -> Alarm {
         off,
         f: CHATTER_HZ,
         zeta: 0.0008,
+        advice: None,
     }
 }
 
@@ -103,6 +104,7 @@ fn job<'a>(sound: &'a Sound, course: &'a Course, summary: &'a Summary) -> Report
         teeth: None,
         truth_onset_s: None,
         truth_note: None,
+        missing: None,
         version: "test",
     }
 }

@@ -1,5 +1,6 @@
 //! The command line.
 
+mod advise;
 mod band;
 mod cers;
 mod els;
@@ -10,6 +11,7 @@ mod psd;
 mod sensor_box;
 mod virtual_machine;
 
+pub use advise::{AdviseArgs, USUAL_REACH};
 pub use band::{BandArgs, BandChoice, FULL_UP_TO_HZ};
 pub use cers::{CersAnalyseArgs, CersCommand, CersRunArgs, KindArg, ReadingArgs};
 pub use els::{
@@ -35,7 +37,7 @@ pub struct Cli {
     pub command: Command,
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 done; 1 chatter was found (monitor, target, box) or outputs were switched off (box); \
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 chatter was found (monitor, advise, target, box) or outputs were switched off (box); \
 2 wrong usage; 3 bad input, with one line naming file, place and reason; \
 4 something else is missing or failed, such as a write to a full disk; \
 141 whoever read standard output has gone away.";
@@ -52,6 +54,10 @@ pub enum Command {
     /// Exit code 1 if chatter was found. Builds the image first if it must.
     #[command(mut_args(one_channel))]
     Target(MonitorArgs),
+    /// Listen as `monitor` does, then say which speed to turn instead.
+    ///
+    /// Exit code 1 if chatter was found.
+    Advise(AdviseArgs),
     /// Fit one ARMA model to a whole recording.
     Identify(IdentifyArgs),
     /// Fit candidate orders and say which a criterion chooses.

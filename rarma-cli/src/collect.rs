@@ -73,6 +73,7 @@ impl Collector {
                         off: None,
                         f: decimal(message.frequency),
                         zeta: decimal(message.damping),
+                        advice: None,
                     };
                     self.standing = Some(alarm.clone());
                     return News::On(alarm);

@@ -21,6 +21,7 @@ macro_rules! eprintln {
     }};
 }
 
+pub mod advice;
 pub mod args;
 pub mod banded;
 pub mod bridge;

@@ -4,6 +4,7 @@
 //! and from the firmware image on the emulated chip; reports and tests read
 //! nothing else.
 
+use crate::advice::AdviceRecord;
 use rarma_core::decide::{Agreement, Histogram};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -208,6 +209,9 @@ pub struct Alarm {
     pub f: f64,
     /// Lowest damping ratio seen while it stood, 1.
     pub zeta: f64,
+    /// What to turn instead, of the first 1000. Where speed and teeth are told only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub advice: Option<Box<AdviceRecord>>,
 }
 
 /// The whole run in one record.

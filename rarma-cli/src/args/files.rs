@@ -16,6 +16,10 @@ impl Command {
                 .read([&a.input.input])
                 .read(&a.structure)
                 .folder("--report", a.report.as_ref(), PAGE),
+            Self::Advise(a) => files
+                .read([&a.monitor.input.input])
+                .read(&a.monitor.structure)
+                .folder("--report", a.monitor.report.as_ref(), PAGE),
             Self::Identify(a) => files.read([&a.input.input]),
             Self::Order(a) => files.read([&a.input.input]),
             Self::Psd(a) => files.read([&a.input.input]),

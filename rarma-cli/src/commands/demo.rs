@@ -83,6 +83,7 @@ pub(super) fn main(args: &DemoArgs) -> Result<u8, Failure> {
             teeth: job.monitor.teeth,
             truth_onset_s: truth.onset_s,
             truth_note: Some("virtual machine tool: depth passes the stability limit".to_owned()),
+            missing: None,
             version: env!("CARGO_PKG_VERSION"),
         },
     )?;

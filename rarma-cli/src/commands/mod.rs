@@ -1,5 +1,6 @@
 //! One file per command.
 
+mod advise;
 mod band;
 mod cers;
 mod choose_order;
@@ -49,6 +50,7 @@ pub fn run(cli: &Cli) -> Result<u8, Failure> {
     output::check(&cli.command.files())?;
     match &cli.command {
         Command::Monitor(args) => monitor::main(args),
+        Command::Advise(args) => advise::main(args),
         Command::Target(args) => target::main(args),
         Command::Identify(args) => identify::main(args),
         Command::Order(args) => order::main(args),

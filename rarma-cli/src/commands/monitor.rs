@@ -2,9 +2,10 @@
 //! the length: samples, lines and pictures pass through.
 
 use super::listening::Ears;
-use super::show::Audience;
+use super::show::{Audience, Finished};
 use super::source::{About, Block, Source};
 use super::{band, process, show};
+use crate::advice::Reach;
 use crate::args::{InputArgs, MonitorArgs};
 use crate::collect::News;
 use crate::failure::Failure;
@@ -16,6 +17,14 @@ use rarma_core::wire::MonitorJob;
 use std::path::Path;
 
 pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
+    Ok(heard(args, Reach::default(), false)?.code)
+}
+
+/// All of a run; `quiet`: nothing is said on standard output.
+///
+/// # Errors
+/// As those of the command.
+pub(super) fn heard(args: &MonitorArgs, reach: Reach, quiet: bool) -> Result<Finished, Failure> {
     let structure = process::structure(args.structure.as_deref())?;
     let both = Some(Path::new("-"));
     if args.speed_from.as_deref() == both && Some(args.input.input.as_path()) == both {
@@ -34,7 +43,10 @@ pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
     };
     let job = job(args, &source.about)?;
     let bar = show::progress(source.about.samples.unwrap_or(0), "listening");
-    let mut audience = Audience::new(args, &source.about, &job, structure, bar);
+    let mut audience = Audience::new(args, &source.about, &job, structure, reach, bar);
+    if quiet {
+        audience = audience.quiet();
+    }
     let summary = match source.channels[..] {
         [a, b] => {
             let ears = Ears::two(&job, [a, b])?;
@@ -42,10 +54,10 @@ pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
         }
         _ => through(&mut source, &mut audience, Ears::one(&job)?, &mut speeds)?,
     };
-    let code = audience.finish(&summary)?;
+    let finished = audience.finish(summary)?;
     source.end()?;
     long_enough(&job, &source.about)?;
-    Ok(code)
+    Ok(finished)
 }
 
 /// A new speed is looked for this often, s.

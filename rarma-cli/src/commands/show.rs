@@ -3,6 +3,7 @@
 use super::pair;
 use super::process::Added;
 use super::source::About;
+use crate::advice::{Advisor, Reach};
 use crate::args::MonitorArgs;
 use crate::collect::News;
 use crate::failure::Failure;
@@ -109,9 +110,21 @@ pub struct Audience<'a> {
     args: &'a MonitorArgs,
     bar: ProgressBar,
     json: Option<JsonLines>,
+    quiet: bool,
+    advisor: Advisor,
     added: Option<Added>,
     page: Option<Page>,
     samples: u64,
+}
+
+/// How a run ended.
+pub struct Finished {
+    /// The closing record, with advice.
+    pub summary: Summary,
+    /// Who gave it.
+    pub advisor: Advisor,
+    /// Exit code.
+    pub code: u8,
 }
 
 /// What a page is made of.
@@ -130,6 +143,7 @@ impl<'a> Audience<'a> {
         about: &About,
         job: &MonitorJob,
         structure: Option<Structure<f64>>,
+        reach: Reach,
         bar: ProgressBar,
     ) -> Self {
         let band = job.monitor.band();
@@ -145,9 +159,19 @@ impl<'a> Audience<'a> {
             args,
             bar,
             json: args.json.then(JsonLines::new),
+            quiet: false,
+            advisor: Advisor::new(args, reach, structure),
             added: structure.map(Added::new),
             page: args.report.as_ref().map(|_| page()),
             samples: 0,
+        }
+    }
+
+    /// Says nothing on standard output.
+    pub fn quiet(self) -> Self {
+        Self {
+            quiet: true,
+            ..self
         }
     }
 
@@ -165,12 +189,13 @@ impl<'a> Audience<'a> {
         if let (News::Line(line), Some(added)) = (&mut news, &mut self.added) {
             added.take(line);
         }
+        self.advisor.take(&news);
         if let Some(page) = &mut self.page {
             page.course.take(&news);
         }
         match (&news, &mut self.json) {
             (News::Line(line), Some(json)) => json.put(line),
-            (_, None) => alarm(&news, &self.bar),
+            (_, None) if !self.quiet => alarm(&news, &self.bar),
             _ => {}
         }
     }
@@ -189,26 +214,35 @@ impl<'a> Audience<'a> {
     ///
     /// # Errors
     /// Output cannot be written.
-    pub fn finish(self, summary: &Summary) -> Result<u8, Failure> {
+    pub fn finish(self, mut summary: Summary) -> Result<Finished, Failure> {
         self.bar.finish_and_clear();
+        self.advisor.add_to(&mut summary);
         if let Some(mut json) = self.json {
             for notice in &summary.notices {
                 eprintln!("{}", notice_words(notice));
             }
-            json.put(&Last { summary });
+            json.put(&Last { summary: &summary });
             // What could not be written is told when the command ends, its page in place.
             let _ = json.flush();
+        } else if self.quiet {
+            for notice in &summary.notices {
+                eprintln!("{}", notice_words(notice));
+            }
         } else {
-            verdict(summary);
+            verdict(&summary);
             pair::words(summary.channels.as_deref().unwrap_or_default());
             if let Some(added) = self.added {
                 added.words();
             }
         }
         if let (Some(dir), Some(page)) = (&self.args.report, &self.page) {
-            write(dir, self.args, page, summary)?;
+            write(dir, self.args, page, (&summary, &self.advisor))?;
         }
-        Ok(u8::from(!summary.alarms.is_empty()))
+        Ok(Finished {
+            code: u8::from(!summary.alarms.is_empty()),
+            summary,
+            advisor: self.advisor,
+        })
     }
 }
 
@@ -289,7 +323,12 @@ pub fn state_word(state: State) -> &'static str {
 }
 
 /// Writes the page of a recording.
-fn write(dir: &Path, args: &MonitorArgs, page: &Page, summary: &Summary) -> Result<(), Failure> {
+fn write(
+    dir: &Path,
+    args: &MonitorArgs,
+    page: &Page,
+    (summary, advisor): (&Summary, &Advisor),
+) -> Result<(), Failure> {
     let path = report::write(
         dir,
         &ReportInput {
@@ -305,6 +344,7 @@ fn write(dir: &Path, args: &MonitorArgs, page: &Page, summary: &Summary) -> Resu
             teeth: args.teeth,
             truth_onset_s: None,
             truth_note: None,
+            missing: Some(&advisor.missing()),
             version: env!("CARGO_PKG_VERSION"),
         },
     )?;

@@ -8,6 +8,7 @@
 use super::show::Audience;
 use super::source::About;
 use super::{monitor, process, show};
+use crate::advice::Reach;
 use crate::args::MonitorArgs;
 use crate::collect::WholeRun;
 use crate::failure::Failure;
@@ -49,10 +50,10 @@ pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
     let bar = show::progress(0, "the emulated chip is listening");
     bar.enable_steady_tick(std::time::Duration::from_millis(200));
     let run = on_chip(&elf, &job, &recording)?;
-    let mut audience = Audience::new(args, &about, &job, structure, bar);
+    let mut audience = Audience::new(args, &about, &job, structure, Reach::default(), bar);
     audience.hear(&recording.samples);
     run.tell(|news| audience.take(news));
-    audience.finish(&run.summary)
+    Ok(audience.finish(run.summary)?.code)
 }
 
 /// Runs one job on the emulated chip.

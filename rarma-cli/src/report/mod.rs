@@ -17,6 +17,7 @@ macro_rules! put {
     }};
 }
 
+mod advice;
 mod amplitude;
 mod axis;
 mod band;
@@ -43,6 +44,7 @@ mod words;
 pub use course::Course;
 pub use sound::Sound;
 
+use crate::advice::Missing;
 use crate::failure::Failure;
 use crate::output;
 use crate::record::Summary;
@@ -77,6 +79,8 @@ pub struct ReportInput<'a> {
     pub truth_onset_s: Option<f64>,
     /// Where that truth comes from, in a few words.
     pub truth_note: Option<String>,
+    /// What is missing to say which speed to turn instead; `None`: nobody asks.
+    pub missing: Option<&'a [Missing]>,
     /// Version of the program that made the run.
     pub version: &'a str,
 }
@@ -125,6 +129,7 @@ pub fn page(job: &ReportInput<'_>) -> String {
         put!(html, "<p>{}</p>\n", escape(sentence));
     }
     html.push_str("</header>\n<main>\n");
+    html.push_str(&advice::section(job));
     html.push_str(&tables::alarms(&scene));
     html.push_str(
         "<section aria-label=\"Pictures over time\">\n<h2>What was seen, over time</h2>\n",

@@ -117,6 +117,7 @@ fn chatter(n: usize) -> Run {
         off: None,
         f: 898.0,
         zeta: -0.001,
+        advice: None,
     });
     run.summary.state_seconds = [(State::Stable, 1.0), (State::Chatter, 1.0)].into();
     run
@@ -153,6 +154,7 @@ fn job(played: &Played) -> ReportInput<'_> {
         teeth: Some(4),
         truth_onset_s: Some(0.9),
         truth_note: None,
+        missing: None,
         version: "0.1.0",
     }
 }

@@ -1,0 +1,155 @@
+//! Random cuts beyond their limit, and what is true of them at every speed within reach: what
+//! advice is judged on.
+
+use hal_sim::plant::cut::Process;
+use hal_sim::plant::truth::roots;
+use hal_sim::population::Cut;
+use rarma_core::advice::{AdviceConfig, HeardChatter, KnownCut, Proposal, advise};
+use rarma_core::decide::{StructuralMode, Structure};
+
+/// The reach: an override of 50 to 150 %.
+pub const REACH: (f64, f64) = (0.5, 1.5);
+/// Speeds that are looked at, half a percent of the present one apart.
+const SPEEDS: usize = 201;
+/// A pocket is so many of them in a row: 1 % of the present speed.
+const POCKET: usize = 3;
+/// Cuts at least so deep over their limit.
+const DEEP: f64 = 1.15;
+/// Deviation of the noise on a true frequency, a part of it.
+pub const F_NOISE: f64 = 0.002;
+/// How well a structure's frequencies are known, a part of them.
+const MODE_SD: f64 = 0.001;
+
+/// What there is within reach.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Within {
+    /// A stretch of stable speeds, 1 % or wider.
+    Pocket,
+    /// Some stable speed, no such stretch: in no figure.
+    Thin,
+    /// No speed is stable.
+    None,
+}
+
+/// A cut that chatters by its delay equation.
+#[derive(Debug)]
+pub struct Case {
+    /// As it was drawn.
+    pub cut: Cut,
+    process: Process,
+    depth_m: f64,
+    /// What there is within reach.
+    pub within: Within,
+    /// The modes of its structure.
+    pub structure: Structure<f64>,
+}
+
+/// What is told of a chatter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Told {
+    /// Frequency, Hz.
+    pub f_hz: f64,
+    /// Its standard deviation, Hz.
+    pub f_sd_hz: f64,
+}
+
+impl Case {
+    /// The cut of this seed, where it is deep and chatters.
+    ///
+    /// # Panics
+    /// The population has a defect.
+    #[must_use]
+    pub fn draw(seed: u64) -> Option<Self> {
+        let cut = Cut::draw(seed).unwrap_or_else(|why| panic!("seed {seed}: {why:?}"));
+        if cut.limit_part() < DEEP || cut.operational().1 >= 0.0 {
+            return None;
+        }
+        let process = cut.process().clone();
+        let modes: Vec<StructuralMode<f64>> = process
+            .modes()
+            .iter()
+            .map(|m| StructuralMode {
+                f_hz: m.mode.f_hz,
+                f_sd: MODE_SD * m.mode.f_hz,
+                zeta: m.mode.zeta,
+                zeta_sd: 0.0,
+            })
+            .collect();
+        let mut case = Self {
+            depth_m: process.depth().largest(),
+            structure: Structure::new(&modes).expect("a structure"),
+            within: Within::None,
+            cut,
+            process,
+        };
+        let (mut row, mut longest) = (0, 0);
+        for i in 0..SPEEDS {
+            let part = i as f64 / (SPEEDS - 1) as f64;
+            let stable = case.root(REACH.0 + (REACH.1 - REACH.0) * part).is_none();
+            row = if stable { row + 1 } else { 0 };
+            longest = longest.max(row);
+        }
+        case.within = match longest {
+            0 => Within::None,
+            POCKET.. => Within::Pocket,
+            _ => Within::Thin,
+        };
+        Some(case)
+    }
+
+    /// The frequency at which it chatters at so many times its speed, Hz; `None`: stable. What
+    /// cannot be told is not stable.
+    #[must_use]
+    pub fn root(&self, ratio: f64) -> Option<f64> {
+        let there = self.process.at_spindle_hz(ratio * self.cut.spindle_hz());
+        let root = roots(&there, 0.0, self.depth_m, 1).ok();
+        match root.as_ref().and_then(|r| r.first()) {
+            Some(root) if root.growth_per_s < 0.0 => None,
+            Some(root) => Some(root.f_hz),
+            None => Some(f64::NAN),
+        }
+    }
+
+    /// What is proposed when chatter was told at so many times the cut's speed, and these
+    /// other speeds, likewise, are known to chatter.
+    #[must_use]
+    pub fn proposed(
+        &self,
+        told: Told,
+        ratio: f64,
+        tried: &[f64],
+        with_structure: bool,
+    ) -> Option<Proposal<f64>> {
+        let hz = self.cut.spindle_hz();
+        let heard = HeardChatter {
+            f_hz: told.f_hz,
+            f_sd_hz: told.f_sd_hz,
+            spindle_hz: ratio * hz,
+            spindle_sd_hz: 0.001 * hz,
+            teeth: self.cut.teeth() as u32,
+        };
+        let known: Vec<KnownCut<f64>> = tried
+            .iter()
+            .map(|ratio| KnownCut {
+                spindle_hz: ratio * hz,
+                stable: false,
+            })
+            .collect();
+        let reach = AdviceConfig::reach(REACH.0 * hz, REACH.1 * hz);
+        let structure = with_structure.then_some(&self.structure);
+        let advice = advise(&reach, &heard, structure, &known).expect("sound");
+        advice.first().copied()
+    }
+
+    /// The plain rule: of the speeds f/(k·N) within reach the nearest, over the cut's.
+    #[must_use]
+    pub fn plain(&self, f_hz: f64) -> Option<f64> {
+        let waves = f_hz / (self.cut.spindle_hz() * self.cut.teeth() as f64);
+        let below = waves.floor().max(1.0);
+        let ratios = [waves / below, waves / (below + 1.0)];
+        ratios
+            .into_iter()
+            .filter(|r| (REACH.0..=REACH.1).contains(r))
+            .min_by(|a, b| (a - 1.0).abs().total_cmp(&(b - 1.0).abs()))
+    }
+}

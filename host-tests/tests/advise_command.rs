@@ -1,0 +1,153 @@
+//! Promise: `rarma advise` says per alarm which speed to turn instead, in words and in JSON, and
+//! what it must be told to say it; `monitor --json` has the same as `advice` of an alarm where
+//! speed and teeth are told, and is to the byte what it was where they are not.
+
+use host_tests::files::Folder;
+use host_tests::process::Ended;
+use host_tests::rarma;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+const SPEED_AND_TEETH: &str = "--rpm 1680 --teeth 6";
+
+/// A face mill that cuts into chatter and out of it, 9 s.
+fn cut(folder: &Folder) -> PathBuf {
+    let file = folder.path().join("cut.wav");
+    let text = file.to_str().expect("a name");
+    let ended = rarma!().run(["simulate", "chatter-onset", "--out", text]);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    file
+}
+
+fn on(command: &str, file: &Path, options: &str) -> Ended {
+    rarma!().on(command, file, options)
+}
+
+fn last(ended: &Ended) -> Value {
+    ended.json_lines().pop().expect("a line")
+}
+
+fn number(value: &Value) -> f64 {
+    value
+        .as_f64()
+        .unwrap_or_else(|| panic!("a number: {value}"))
+}
+
+#[test]
+fn a_speed_per_alarm_in_words_and_json() {
+    let folder = Folder::default();
+    let file = cut(&folder);
+    let answer = last(&on("advise", &file, &format!("{SPEED_AND_TEETH} --json")));
+    assert_eq!(answer["missing"], Value::Array(Vec::new()));
+    let alarms = answer["alarms"].as_array().expect("alarms");
+    assert_eq!(alarms.len(), 1, "{answer}");
+    let advice = &alarms[0]["advice"];
+    let waves = number(&alarms[0]["f"]) / (number(&advice["rpm"]) / 60.0 * 6.0);
+    assert!((number(&advice["waves"]) - waves).abs() < 0.002, "{advice}");
+    let [low, high] = [0, 1].map(|i| number(&advice["reach_rpm"][i]));
+    assert!((low / 840.0 - 1.0).abs() < 0.01 && (high / 2520.0 - 1.0).abs() < 0.01);
+    for speed in advice["speeds"].as_array().expect("speeds") {
+        let rpm = number(&speed["rpm"]);
+        assert!((low..=high).contains(&rpm), "{speed}");
+        let chance = number(&speed["chance"]);
+        assert!((0.0..=1.0).contains(&chance), "{speed}");
+    }
+    let said = on("advise", &file, SPEED_AND_TEETH).stdout;
+    assert!(
+        said.contains("What to do:") && said.contains("1/min"),
+        "{said}"
+    );
+}
+
+#[test]
+fn the_reach_is_kept() {
+    let folder = Folder::default();
+    let file = cut(&folder);
+    let options = format!("{SPEED_AND_TEETH} --json --reach 70:110");
+    let advice = |more: &str| {
+        let answer = last(&on("advise", &file, &format!("{options} {more}")));
+        answer["alarms"][0]["advice"].clone()
+    };
+    let plain = advice("");
+    assert!((number(&plain["reach_rpm"][1]) / number(&plain["rpm"]) - 1.1).abs() < 1e-3);
+    let weak = advice("--power 1.02");
+    assert!((number(&weak["reach_rpm"][1]) / number(&weak["rpm"]) - 1.02).abs() < 1e-3);
+    let same_feed = advice("--power 1.02 --same-feed");
+    assert!((number(&same_feed["reach_rpm"][1]) / number(&same_feed["rpm"]) - 1.1).abs() < 1e-3);
+    for speed in same_feed["speeds"].as_array().expect("speeds") {
+        assert_eq!(speed["feed_ratio"], 1.0);
+    }
+}
+
+#[test]
+fn what_is_missing_is_said() {
+    let folder = Folder::default();
+    let file = cut(&folder);
+    for (options, missing) in [
+        ("", vec!["speed", "teeth"]),
+        ("--rpm 1680", vec!["teeth"]),
+        ("--teeth 6", vec!["speed"]),
+    ] {
+        let answer = last(&on("advise", &file, &format!("{options} --json")));
+        assert_eq!(answer["missing"], Value::from(missing), "{options}");
+        assert!(answer["alarms"][0].get("advice").is_none(), "{answer}");
+    }
+    let said = on("advise", &file, "--rpm 1680").stdout;
+    assert!(
+        said.contains("--teeth") && !said.contains("--rpm,"),
+        "{said}"
+    );
+}
+
+#[test]
+fn the_monitor_has_it_where_it_can_be_said_and_else_says_what_it_said() {
+    let folder = Folder::default();
+    let file = cut(&folder);
+    let summary = |options: &str| last(&on("monitor", &file, &format!("{options} --json")));
+    let with = summary(SPEED_AND_TEETH);
+    let alarm = &with["summary"]["alarms"][0];
+    let advised = last(&on("advise", &file, &format!("{SPEED_AND_TEETH} --json")));
+    assert_eq!(alarm, &advised["alarms"][0]);
+    for options in ["", "--rpm 1680"] {
+        assert!(
+            !summary(options).to_string().contains("advice"),
+            "{options}"
+        );
+    }
+}
+
+#[test]
+fn the_page_says_what_to_do_first() {
+    let folder = Folder::default();
+    let file = cut(&folder);
+    let page = |options: &str| {
+        let dir = folder.path().join("page");
+        let report = format!("{options} --report {}", dir.display());
+        on("monitor", &file, &report);
+        std::fs::read_to_string(dir.join("index.html")).expect("a page")
+    };
+    let with = page(SPEED_AND_TEETH);
+    let place = |text: &str| with.find(text).unwrap_or_else(|| panic!("no {text}"));
+    assert!(place("What to do") < place("What was seen"));
+    assert!(with.contains("Speeds within reach"));
+    let without = page("--rpm 1680");
+    assert!(without.contains("What to do") && without.contains("number of teeth"));
+    assert!(!without.contains("Speeds within reach"));
+}
+
+#[test]
+fn odd_options_are_refused() {
+    let folder = Folder::default();
+    let file = folder.path().join("no.wav");
+    for options in [
+        "--reach 100",
+        "--reach 120:80",
+        "--reach 10:100",
+        "--reach nan:100",
+        "--power 0",
+        "--power x",
+    ] {
+        let ended = on("advise", &file, options);
+        assert_eq!(ended.code, Some(2), "{options}");
+    }
+}

@@ -1,0 +1,157 @@
+//! Advice in words a machinist can act on.
+
+use super::{AdviceRecord, HelpRecord, Missing, SpeedRecord};
+
+/// What to do about one alarm, a sentence each.
+pub fn sentences(advice: &AdviceRecord) -> Vec<String> {
+    let [low, high] = advice.reach_rpm;
+    let mut out = Vec::new();
+    match advice.speeds.split_first() {
+        Some((first, others)) => {
+            out.push(format!(
+                "Turn {:.0} 1/min instead of {:.0}{}: stable with a chance of {:.0} %. Its pocket goes from {:.0} to {:.0} 1/min.",
+                first.rpm,
+                advice.rpm,
+                feed(first),
+                100.0 * first.chance,
+                first.pocket_rpm[0],
+                first.pocket_rpm[1],
+            ));
+            if !others.is_empty() {
+                let list = others.iter().map(|s| {
+                    let chance = 100.0 * s.chance;
+                    format!("{:.0} 1/min ({chance:.0} %{})", s.rpm, feed(s))
+                });
+                let list: Vec<String> = list.collect();
+                out.push(format!(
+                    "If it chatters there, try {}.",
+                    list.join(", then ")
+                ));
+            }
+        }
+        None => {
+            let why = if advice.waves > advice.most_waves {
+                format!(
+                    " The chatter swings {:.1} times between two teeth, and from about {:.0} times on there is no stable speed between two others.",
+                    advice.waves, advice.most_waves
+                )
+            } else {
+                String::new()
+            };
+            out.push(format!(
+                "No stable speed within reach ({low:.0} to {high:.0} 1/min).{why}"
+            ));
+            let helps: Vec<&str> = advice.helps.iter().map(|h| help(*h)).collect();
+            out.push(format!("What helps: {}.", helps.join("; ")));
+            if let Some(rpm) = advice.beyond_rpm {
+                out.push(format!(
+                    "Above the reach the next pocket lies just below {rpm:.0} 1/min."
+                ));
+            }
+        }
+    }
+    out
+}
+
+/// How the feed follows.
+fn feed(speed: &SpeedRecord) -> String {
+    let percent = 100.0 * (speed.feed_ratio - 1.0);
+    if percent.abs() < 0.5 {
+        String::new()
+    } else {
+        format!(", feed {percent:+.0} %")
+    }
+}
+
+fn help(help: HelpRecord) -> &'static str {
+    match help {
+        HelpRecord::LessDepth => "less depth of cut",
+        HelpRecord::SpeedVariation => "a spindle speed that swings all the time",
+        HelpRecord::OtherTeeth => "a cutter with fewer or unequally spaced teeth",
+    }
+}
+
+/// What must be told before a speed can be, if anything.
+pub fn missing_words(missing: &[Missing]) -> Option<String> {
+    if missing.is_empty() {
+        return None;
+    }
+    let parts: Vec<&str> = missing
+        .iter()
+        .map(|one| match one {
+            Missing::Speed => "the speed of the spindle (--rpm, --speed-from or --tacho)",
+            Missing::Teeth => "the number of teeth (--teeth)",
+        })
+        .collect();
+    Some(format!(
+        "Which speed to turn instead cannot be said: tell {}.",
+        parts.join(" and ")
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn speed(rpm: f64, feed_ratio: f64) -> SpeedRecord {
+        SpeedRecord {
+            rpm,
+            rpm_sd: 50.0,
+            pocket_rpm: [0.97 * rpm, 1.03 * rpm],
+            pocket: 3,
+            chance: 0.71,
+            margin: 2.0,
+            ratio: feed_ratio,
+            feed_ratio,
+        }
+    }
+
+    fn advice(speeds: Vec<SpeedRecord>) -> AdviceRecord {
+        AdviceRecord {
+            rpm: 9000.0,
+            reach_rpm: [4500.0, 13_500.0],
+            waves: 3.76,
+            most_waves: 20.0,
+            mode: 1100.0,
+            of_structure: false,
+            speeds,
+            beyond_rpm: Some(16_500.0),
+            helps: vec![HelpRecord::LessDepth, HelpRecord::OtherTeeth],
+        }
+    }
+
+    #[test]
+    fn a_speed_and_what_comes_after_it() {
+        let said = sentences(&advice(vec![speed(10_700.0, 1.189), speed(8155.0, 0.906)]));
+        assert!(said[0].starts_with(
+            "Turn 10700 1/min instead of 9000, feed +19 %: stable with a chance of 71 %."
+        ));
+        assert_eq!(
+            said[1],
+            "If it chatters there, try 8155 1/min (71 %, feed -9 %)."
+        );
+    }
+
+    #[test]
+    fn none_within_reach_and_what_helps() {
+        let said = sentences(&advice(Vec::new()));
+        assert_eq!(
+            said[0],
+            "No stable speed within reach (4500 to 13500 1/min)."
+        );
+        assert!(said[1].contains("less depth of cut; a cutter"));
+        assert!(said[2].contains("16500"));
+        let many = AdviceRecord {
+            waves: 90.0,
+            ..advice(Vec::new())
+        };
+        assert!(sentences(&many)[0].contains("swings 90.0 times"));
+    }
+
+    #[test]
+    fn what_is_missing_is_named() {
+        assert_eq!(missing_words(&[]), None);
+        let all = missing_words(&[Missing::Speed, Missing::Teeth]).unwrap();
+        assert!(all.contains("--rpm") && all.contains(" and ") && all.contains("--teeth"));
+    }
+}

@@ -1,0 +1,67 @@
+//! `rarma advise`: listens as `monitor` does, then says what to turn instead.
+
+use super::monitor;
+use super::show::Finished;
+use crate::advice::{Advisor, Missing, Reach, missing_words, sentences};
+use crate::args::{AdviseArgs, MonitorArgs};
+use crate::failure::Failure;
+use crate::output::stdout;
+use crate::record::{Alarm, Summary};
+use serde::Serialize;
+
+/// The one object of `--json`.
+#[derive(Serialize)]
+struct Answer<'a> {
+    alarms: &'a [Alarm],
+    /// What would have to be told.
+    missing: Vec<Missing>,
+}
+
+pub(super) fn main(args: &AdviseArgs) -> Result<u8, Failure> {
+    let json = args.monitor.json;
+    // Lines are not wanted: one object at the end is.
+    let listening = MonitorArgs {
+        json: false,
+        ..args.monitor.clone()
+    };
+    let reach = Reach::from(args);
+    let finished = monitor::heard(&listening, reach, json)?;
+    let Finished {
+        summary,
+        advisor,
+        code,
+    } = finished;
+    if json {
+        let answer = Answer {
+            alarms: &summary.alarms,
+            missing: advisor.missing(),
+        };
+        let text = serde_json::to_string(&answer).map_err(std::io::Error::from)?;
+        say!("{text}");
+    } else {
+        words(&summary, &advisor);
+    }
+    stdout::check()?;
+    Ok(code)
+}
+
+/// What to do, alarm by alarm; alarms with the same answer are one.
+fn words(summary: &Summary, advisor: &Advisor) {
+    if summary.alarms.is_empty() {
+        return;
+    }
+    say!("What to do:");
+    if let Some(text) = missing_words(&advisor.missing()) {
+        say!("  {text}");
+        return;
+    }
+    for alarm in &summary.alarms {
+        let Some(advice) = &alarm.advice else {
+            continue;
+        };
+        say!("  at {:.3} s, {:.1} Hz:", alarm.on, alarm.f);
+        for sentence in sentences(advice) {
+            say!("    {sentence}");
+        }
+    }
+}
