@@ -171,6 +171,9 @@ pub fn cases() -> Vec<Case> {
             "--out OUT/demo",
             &["demo/telemetry.bin", "demo/index.html"],
         ),
+        case("completions", "bash", &[]),
+        case("completions", "zsh", &[]),
+        case("man", "--out OUT/man", &["man/rarma.1"]),
     ]
 }
 

@@ -4,8 +4,10 @@ mod advise;
 mod band;
 mod cers;
 mod els;
+mod examples;
 mod files;
 mod ldbb;
+mod manual;
 mod numbers;
 mod psd;
 mod sensor_box;
@@ -18,14 +20,16 @@ pub use els::{
     CutArgs, ElsCommand, ElsFitArgs, ElsHammerArgs, ElsLimitArgs, ElsModelArgs, OutArgs,
 };
 pub use ldbb::{KnownArgs, LdbbAnalyseArgs, LdbbCommand, LdbbCompareArgs, LdbbRunArgs};
+pub use manual::{CompletionsArgs, ManArgs};
 pub use numbers::NumbersArgs;
 pub use psd::{Criterion, PsdArgs, PsdMethod};
 pub use sensor_box::{BoxArgs, ConnectArgs, DecodeArgs};
 pub use virtual_machine::{ChooseOrderArgs, LobesArgs, PopulationArgs, SimulateArgs, SweepArgs};
 
 use crate::input::{Known, RATES_HZ, Raw};
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use rarma_core::condition::Band;
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 /// Listens to machine tools: operational damping of a cut, at every sample.
@@ -35,6 +39,28 @@ pub struct Cli {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
+    /// No notices and no progress on standard error; errors are told.
+    #[arg(long, global = true)]
+    pub quiet: bool,
+}
+
+impl Cli {
+    /// The command line, with examples under the help of each command.
+    pub fn command_line() -> clap::Command {
+        examples::with_examples(Self::command())
+    }
+
+    /// What was written on the command line.
+    ///
+    /// # Errors
+    /// It is wrong, or asks for help or the version: print it.
+    pub fn read<W: Into<OsString> + Clone>(
+        words: impl IntoIterator<Item = W>,
+    ) -> Result<Self, clap::Error> {
+        let mut command = Self::command_line();
+        let said = command.try_get_matches_from_mut(words)?;
+        Self::from_arg_matches(&said).map_err(|why| why.format(&mut command))
+    }
 }
 
 const EXIT_CODES: &str = "Exit codes: 0 done; 1 chatter was found (monitor, advise, target, box) or outputs were switched off (box); \
@@ -95,6 +121,10 @@ pub enum Command {
     /// Let the virtual machine tool cut into chatter and monitor it through the
     /// simulated hardware.
     Demo(DemoArgs),
+    /// Completions of this command line for a shell, on standard output.
+    Completions(CompletionsArgs),
+    /// Pages for `man`, one for each command.
+    Man(ManArgs),
 }
 
 /// What a file is.

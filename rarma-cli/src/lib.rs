@@ -12,13 +12,15 @@ macro_rules! say {
     };
 }
 
-/// Standard error: where it cannot be written there is nobody to tell, and no reason to end
-/// the work, as the standard library's own would.
+/// A notice on standard error, unless the caller wants none. Where it cannot be written there is
+/// nobody to tell, and no reason to end the work, as the standard library's own would.
 macro_rules! eprintln {
-    ($($text:tt)*) => {{
-        use std::io::Write as _;
-        let _ = writeln!(std::io::stderr(), $($text)*);
-    }};
+    ($($text:tt)*) => {
+        if !$crate::output::is_quiet() {
+            use std::io::Write as _;
+            let _ = writeln!(std::io::stderr(), $($text)*);
+        }
+    };
 }
 
 pub mod advice;

@@ -1,6 +1,5 @@
 //! `rarma`: listens to machine tools.
 
-use clap::Parser;
 use rarma_cli::Failure;
 use rarma_cli::args::Cli;
 use rarma_cli::output::stdout;
@@ -21,7 +20,7 @@ fn main() -> ExitCode {
 
 /// The command's exit code, once the last line it said has left.
 fn ended() -> Result<u8, Failure> {
-    let code = match Cli::try_parse() {
+    let code = match Cli::read(std::env::args_os()) {
         Ok(cli) => rarma_cli::commands::run(&cli)?,
         // Help and version are no errors, and are said on standard output.
         Err(said) => {

@@ -45,6 +45,8 @@ impl Command {
             Self::Box(a) => files.read(&a.sim).record("--record", a.record.as_ref()),
             Self::Decode(a) => files.read([&a.input]).file("--wav", a.wav.as_ref()),
             Self::Connect(a) => files.read([&a.port]).record("--record", a.record.as_ref()),
+            Self::Completions(_) => files,
+            Self::Man(a) => files.folder("--out", Some(&a.out), &["rarma.1"]),
             Self::Demo(a) => files.folder("--out", Some(&a.out), &["telemetry.bin", "index.html"]),
         }
     }

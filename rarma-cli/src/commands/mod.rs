@@ -14,6 +14,7 @@ mod ldbb;
 mod lines;
 mod listening;
 mod lobes;
+mod manual;
 mod monitor;
 mod order;
 mod pair;
@@ -47,6 +48,9 @@ use crate::output;
 /// # Errors
 /// See [`Failure`].
 pub fn run(cli: &Cli) -> Result<u8, Failure> {
+    if cli.quiet {
+        output::be_quiet();
+    }
     output::check(&cli.command.files())?;
     match &cli.command {
         Command::Monitor(args) => monitor::main(args),
@@ -67,5 +71,7 @@ pub fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Decode(args) => decode::main(args),
         Command::Connect(args) => connect::main(args),
         Command::Demo(args) => demo::main(args),
+        Command::Completions(args) => manual::completions(args),
+        Command::Man(args) => manual::man(args),
     }
 }

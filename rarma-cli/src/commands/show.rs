@@ -18,9 +18,14 @@ use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::time::Duration;
 
+/// Somebody looks on, and has not asked for quiet.
+fn shows_progress() -> bool {
+    io::stderr().is_terminal() && !crate::output::is_quiet()
+}
+
 /// A bar on standard error, on a terminal only.
 pub fn progress(length: u64, what: &str) -> ProgressBar {
-    let target = if io::stderr().is_terminal() {
+    let target = if shows_progress() {
         ProgressDrawTarget::stderr_with_hz(10)
     } else {
         ProgressDrawTarget::hidden()
@@ -36,7 +41,7 @@ pub fn progress(length: u64, what: &str) -> ProgressBar {
 /// A sign of life and the time it has taken, for work whose end cannot be foretold; on
 /// standard error, on a terminal only.
 pub fn waiting(what: String) -> ProgressBar {
-    if !io::stderr().is_terminal() {
+    if !shows_progress() {
         return ProgressBar::hidden();
     }
     let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
