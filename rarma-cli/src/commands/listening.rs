@@ -68,7 +68,7 @@ impl<const CHANNELS: usize> Ears<CHANNELS> {
                 }
             }
             Monitor::Two(pair) => {
-                pair.sample([x[0], x[CHANNELS - 1]], collector, hear);
+                pair.sample([x[0], x[CHANNELS - 1]].map(Some), collector, hear);
                 if let Some(before) = pulse {
                     pair.pulse(before);
                 }
@@ -88,16 +88,18 @@ impl<const CHANNELS: usize> Ears<CHANNELS> {
         told.map_err(|error| Failure::Usage(format!("setting out of range: {error:?}")))
     }
 
-    /// So many samples are missing before the next one.
-    pub(super) fn missing(&mut self, samples: u64) {
+    /// So many samples of each channel are missing before the next one.
+    pub(super) fn missing(&mut self, samples: u64, hear: &mut impl FnMut(News)) {
         if samples == 0 {
             return;
         }
-        let samples = u32::try_from(samples).unwrap_or(u32::MAX);
         match &mut self.monitor {
-            Monitor::One(duty) => duty.missing(samples),
-            // Records of a box, which alone can have gaps, hold one channel.
-            Monitor::Two(_) => {}
+            Monitor::One(duty) => duty.missing(u32::try_from(samples).unwrap_or(u32::MAX)),
+            Monitor::Two(pair) => {
+                for _ in 0..samples {
+                    pair.sample([None; 2], &mut self.collector, hear);
+                }
+            }
         }
     }
 

@@ -25,7 +25,6 @@ pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
 /// # Errors
 /// As those of the command.
 pub(super) fn heard(args: &MonitorArgs, reach: Reach, quiet: bool) -> Result<Finished, Failure> {
-    let structure = process::structure(args.structure.as_deref())?;
     let both = Some(Path::new("-"));
     if args.speed_from.as_deref() == both && Some(args.input.input.as_path()) == both {
         return Err(Failure::Usage(
@@ -33,7 +32,20 @@ pub(super) fn heard(args: &MonitorArgs, reach: Reach, quiet: bool) -> Result<Fin
                 .to_owned(),
         ));
     }
-    let mut source = Source::open(args)?;
+    hear(args, Source::open(args)?, reach, quiet)
+}
+
+/// [`heard`], of a source that is open.
+///
+/// # Errors
+/// As those of the command.
+pub(super) fn hear(
+    args: &MonitorArgs,
+    mut source: Source,
+    reach: Reach,
+    quiet: bool,
+) -> Result<Finished, Failure> {
+    let structure = process::structure(args.structure.as_deref())?;
     let live = source.about.samples.is_none();
     let open = |path| Speeds::open(path, live);
     let mut speeds = args.speed_from.as_deref().map(open).transpose()?;
@@ -42,7 +54,10 @@ pub(super) fn heard(args: &MonitorArgs, reach: Reach, quiet: bool) -> Result<Fin
         ..args.clone()
     };
     let job = job(args, &source.about)?;
-    let bar = show::progress(source.about.samples.unwrap_or(0), "listening");
+    let bar = match source.about.samples {
+        Some(samples) => show::progress(samples, "listening"),
+        None => show::waiting("listening".to_owned()),
+    };
     let mut audience = Audience::new(args, &source.about, &job, structure, reach, bar);
     if quiet {
         audience = audience.quiet();
@@ -80,7 +95,7 @@ fn through<const CHANNELS: usize>(
     }) = source.next()?
     {
         audience.hear(&rows[pictured]);
-        ears.missing(missing);
+        ears.missing(missing, &mut |news| audience.take(news));
         heard += missing;
         for n in missing as usize..rows[0].len() {
             let x = std::array::from_fn(|c| rows[c][n] as f32);

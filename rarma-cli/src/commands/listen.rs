@@ -1,0 +1,194 @@
+//! `rarma listen`: a sound card in, a verdict out, as long as it is wanted.
+
+use super::monitor;
+use super::source::Source;
+use crate::advice::Reach;
+use crate::args::{ListenArgs, MonitorArgs};
+use crate::failure::Failure;
+use crate::output;
+use crate::sound_card::{self, Card, Ended, Input, Level, Live, Offer, Wish, dbfs, rates};
+use serde_json::{Value, json};
+use std::cell::RefCell;
+use std::rc::Rc;
+
+pub(super) fn main(args: &ListenArgs) -> Result<u8, Failure> {
+    if args.list {
+        list(&sound_card::inputs()?, args.monitor.json);
+        return Ok(0);
+    }
+    if let Some(path) = &args.record {
+        output::free(path)?;
+    }
+    let live = sound_card::open(&Wish {
+        device: args.device.clone(),
+        rate_hz: args.monitor.input.fs,
+        channels: channels(&args.monitor),
+    })?;
+    listen(args, live)
+}
+
+/// Checks the level, then listens to its end.
+fn listen(args: &ListenArgs, mut live: Live) -> Result<u8, Failure> {
+    let levels = live.measure(args.check)?;
+    begin(args, &live, &levels)?;
+    if let Some(path) = &args.record {
+        live.record(path, channels(&args.monitor).len())?;
+    }
+    if let Some(seconds) = args.seconds {
+        live.end_after(seconds);
+    }
+    let (name, live) = (live.name(), Rc::new(RefCell::new(live)));
+    let source = Source::live(&args.monitor, Live::stream(&live));
+    let heard =
+        source.and_then(|source| monitor::hear(&args.monitor, source, Reach::default(), false));
+    // The recording is whole whatever became of the verdict.
+    let closed = live.borrow_mut().close();
+    if let (Some(path), Ok(_)) = (&args.record, &closed) {
+        eprintln!("recorded: {}", path.display());
+    }
+    match (heard, closed?) {
+        (_, Ended::Gone(why)) => Err(Failure::Gone(format!(
+            "{name}: end: {why} (connect it again, and start again; what was heard until then counts)"
+        ))),
+        (heard, Ended::Told) => Ok(heard?.code),
+    }
+}
+
+/// Channels of the card that are needed, in the order in which they are heard and recorded.
+fn channels(args: &MonitorArgs) -> Vec<usize> {
+    let first = [args.input.channel].into_iter();
+    first.chain(args.second).chain(args.tacho).collect()
+}
+
+/// Says what is listened to and how loud it is.
+///
+/// # Errors
+/// Nothing is to be heard.
+fn begin(args: &ListenArgs, live: &Live, levels: &[Level]) -> Result<(), Failure> {
+    let (name, choice) = (live.name(), live.card.choice);
+    let ears: Vec<usize> = [args.monitor.input.channel]
+        .into_iter()
+        .chain(args.monitor.second)
+        .collect();
+    let of = |channel: &usize| Some((*channel, levels.get(*channel)?));
+    let heard: Vec<(usize, &Level)> = ears.iter().filter_map(of).collect();
+    if args.monitor.json {
+        say!("{}", json!({ "listening": facts(&live.card, &heard) }));
+    }
+    eprintln!(
+        "{name}: {} Hz, {} channels of {}",
+        choice.rate_hz, choice.channels, choice.form
+    );
+    if let Some(warning) = sound_card::rate_warning(live.fs()) {
+        eprintln!("{name}: Warning: {warning}");
+    }
+    for (channel, level) in &heard {
+        eprintln!("{name}: channel {channel}: {level}, over {} s", args.check);
+        for warning in level.warnings() {
+            eprintln!("{name}: channel {channel}: Warning: {warning}");
+        }
+    }
+    let is_silent = |(_, level): &&(usize, &Level)| level.is_silent();
+    let silent: Vec<String> = heard
+        .iter()
+        .filter(is_silent)
+        .map(|(c, _)| c.to_string())
+        .collect();
+    if silent.is_empty() {
+        return Ok(());
+    }
+    if silent.len() < heard.len() {
+        eprintln!("{name}: Warning: channel {} is silent", silent.join(", "));
+        return Ok(());
+    }
+    Err(Failure::NoSound(format!(
+        "{name}: channel {}: silence: rms {:.1} dBFS over {} s (unmute the input and turn its gain up in the system's mixer, check cable, --device and --channel; --check 0 listens all the same)",
+        silent.join(" and "),
+        heard.first().map_or(f64::NAN, |(_, level)| dbfs(level.rms)),
+        args.check
+    )))
+}
+
+/// The first line of JSON.
+fn facts(card: &Card, heard: &[(usize, &Level)]) -> Value {
+    let level = |(channel, level): &(usize, &Level)| {
+        json!({
+            "channel": channel, "rms_dbfs": tenth(dbfs(level.rms)), "peak_dbfs": tenth(dbfs(level.peak)),
+            "dc": level.dc, "clipped": level.clipped, "samples": level.samples,
+        })
+    };
+    let levels: Vec<Value> = heard.iter().map(level).collect();
+    json!({
+        "device": card.name, "fs": card.choice.rate_hz, "channels": card.choice.channels,
+        "format": card.choice.form.to_string(), "level": levels,
+    })
+}
+
+fn tenth(x: f64) -> f64 {
+    (x * 10.0).round() / 10.0
+}
+
+fn list(inputs: &[Input], as_json: bool) {
+    if as_json {
+        let all: Vec<Value> = inputs.iter().map(described).collect();
+        say!("{}", json!({ "inputs": all }));
+        return;
+    }
+    if inputs.is_empty() {
+        say!("No input for sound on this computer.");
+    }
+    for input in inputs {
+        let usual = if input.usual { "  (usual)" } else { "" };
+        say!("{}{usual}", input.name);
+        if input.description != input.name {
+            say!("    {}", input.description);
+        }
+        match &input.offers {
+            Ok(offers) if offers.is_empty() => say!("    no format that is read here"),
+            Ok(offers) => say!(
+                "    {}; channels {}; {}",
+                rates(offers),
+                channel_words(offers),
+                forms(offers).join(", ")
+            ),
+            Err(why) => say!("    cannot be opened: {why}"),
+        }
+    }
+}
+
+fn described(input: &Input) -> Value {
+    let offers = input.offers.as_deref().unwrap_or_default();
+    let mut rates: Vec<(u32, u32)> = offers.iter().map(|o| o.rates_hz).collect();
+    rates.sort_unstable();
+    rates.dedup();
+    json!({
+        "name": input.name, "description": input.description, "usual": input.usual,
+        "rates": rates, "channels": counts(offers), "formats": forms(offers),
+        "error": input.offers.as_ref().err(),
+    })
+}
+
+fn counts(offers: &[Offer]) -> Vec<usize> {
+    let mut all: Vec<usize> = offers.iter().map(|o| o.channels).collect();
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+fn channel_words(offers: &[Offer]) -> String {
+    let all = counts(offers);
+    match all[..] {
+        [first, .., last] if last - first + 1 == all.len() => format!("{first} to {last}"),
+        _ => {
+            let words: Vec<String> = all.iter().map(usize::to_string).collect();
+            words.join(", ")
+        }
+    }
+}
+
+fn forms(offers: &[Offer]) -> Vec<String> {
+    let mut all: Vec<_> = offers.iter().map(|o| o.form).collect();
+    all.sort_unstable();
+    all.dedup();
+    all.iter().map(ToString::to_string).collect()
+}
