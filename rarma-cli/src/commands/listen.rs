@@ -192,3 +192,142 @@ fn forms(offers: &[Offer]) -> Vec<String> {
     all.dedup();
     all.iter().map(ToString::to_string).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::{Cli, Command};
+    use crate::sound_card::{Choice, Form, Signals, Tap, ring};
+    use clap::Parser;
+    use std::path::Path;
+    use std::sync::Arc;
+    use std::sync::atomic::Ordering;
+    use std::time::{Duration, Instant};
+
+    const FS: usize = 8000;
+
+    fn args(words: &[&str]) -> ListenArgs {
+        let cli = Cli::try_parse_from([&["rarma", "listen"][..], words].concat());
+        match cli.expect("sound").command {
+            Command::Listen(args) => args,
+            _ => panic!("another command"),
+        }
+    }
+
+    /// A card of 16 bits and two channels, without hardware.
+    fn card() -> (Live, Tap, Arc<Signals>) {
+        let signals = Arc::new(Signals::default());
+        let told = Arc::clone(&signals.told);
+        let (tap, drain) = ring(2, FS as f64, 8.0, told);
+        let choice = Choice {
+            channels: 2,
+            rate_hz: FS as u32,
+            form: Form::Integer(16),
+        };
+        let card = Card {
+            name: "test".to_owned(),
+            choice,
+        };
+        let live = Live::new(card, drain, Arc::clone(&signals), None);
+        (live, tap, signals)
+    }
+
+    /// So many samples of both channels: noise that is never 0.
+    fn noise(samples: usize) -> Vec<i16> {
+        let mut state = 1_u32;
+        let next = |_| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 20) as i16 * 2 - 4095
+        };
+        (0..2 * samples).map(next).collect()
+    }
+
+    fn value(code: i16) -> f32 {
+        f32::from(code) / 32_768.0
+    }
+
+    fn codes_of(wav: &Path) -> Vec<i16> {
+        let reader = hound::WavReader::open(wav).expect("a WAV");
+        let samples = reader.into_samples::<i16>();
+        samples.map(|x| x.expect("a sample")).collect()
+    }
+
+    #[test]
+    fn a_card_that_goes_away_leaves_what_was_heard_and_its_own_code() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("kept.wav");
+        let (live, mut tap, signals) = card();
+        let codes = noise(3 * FS);
+        tap.take(&codes, Instant::now(), value);
+        signals.gone("it has gone away".to_owned());
+        let record = path.display().to_string();
+        let failure = listen(&args(&["--record", &record, "--channel", "1"]), live);
+        let failure = failure.expect_err("it went away");
+        assert_eq!(failure.code(), 6, "{failure}");
+        assert!(failure.to_string().contains("sound card test: end: it has"));
+        let second: Vec<i16> = codes.iter().skip(1).step_by(2).copied().collect();
+        assert_eq!(codes_of(&path), second);
+    }
+
+    #[test]
+    fn a_card_that_never_gives_anything_and_a_silent_one_are_refused() {
+        let (live, tap, signals) = card();
+        signals.gone("it has gone away".to_owned());
+        let failure = listen(&args(&[]), live).expect_err("nothing came");
+        assert_eq!(failure.code(), 5, "{failure}");
+        drop(tap);
+        let (live, mut tap, _) = card();
+        tap.take(&[0_i16; 2 * FS], Instant::now(), value);
+        let failure = listen(&args(&[]), live).expect_err("silent");
+        assert_eq!(failure.code(), 5, "{failure}");
+        // One of two that is silent is left out by the monitor.
+        let (live, mut tap, _) = card();
+        let mut one = noise(3 * FS);
+        one.iter_mut().skip(1).step_by(2).for_each(|x| *x = 0);
+        tap.take(&one, Instant::now(), value);
+        let ended = listen(&args(&["--second", "1", "--seconds", "2.5"]), live);
+        assert!(matches!(ended, Ok(0 | 1)), "{ended:?}");
+    }
+
+    #[test]
+    fn what_is_missing_is_so_in_the_recording_and_for_both_channels() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("gap.wav");
+        let (live, mut tap, signals) = card();
+        let (before, after) = (noise(2 * FS), noise(FS));
+        let begin = Instant::now();
+        tap.take(&before, begin, value);
+        signals.told.lost.store(true, Ordering::Release);
+        // A second after the first block, of which this one is a half.
+        let second = begin + Duration::from_millis(1000);
+        tap.take(&after[..FS], second, value);
+        let record = path.display().to_string();
+        let words = ["--second", "1", "--seconds", "3", "--record", &record];
+        let ended = listen(&args(&words), live);
+        assert!(matches!(ended, Ok(0 | 1)), "{ended:?}");
+        let gap = vec![0; FS];
+        let expected = [&before[..], &gap, &after[..FS]].concat();
+        assert_eq!(codes_of(&path), expected);
+    }
+
+    #[test]
+    fn what_a_card_does_not_have_is_refused() {
+        let parse = |words: &[&str]| {
+            let all = [&["rarma", "listen"][..], words].concat();
+            Cli::try_parse_from(all).map_err(|why| why.to_string())
+        };
+        for words in [
+            &["my.wav"][..],
+            &["--raw", "s16", "--fs", "8000"],
+            &["--stream", "1"],
+        ] {
+            assert!(parse(words).is_err(), "{words:?}");
+        }
+        let why = parse(&["my.wav"]).err().unwrap_or_default();
+        assert!(why.contains("--device"), "{why}");
+        let (live, mut tap, _) = card();
+        tap.take(&noise(2 * FS), Instant::now(), value);
+        let failure = listen(&args(&["--second", "0"]), live);
+        assert_eq!(failure.expect_err("one channel twice").code(), 2);
+    }
+}

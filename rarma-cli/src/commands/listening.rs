@@ -143,3 +143,40 @@ impl<const CHANNELS: usize> Ears<CHANNELS> {
         Ok(all.with(self.finish()?))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rarma_core::Order;
+    use rarma_core::monitor::MonitorConfig;
+
+    #[test]
+    fn samples_that_are_missing_are_so_for_both_channels() {
+        let monitor = MonitorConfig {
+            order: Order::O21,
+            ..MonitorConfig::new(8000.0)
+        };
+        let job = MonitorJob {
+            monitor,
+            channel: 0,
+            every_s: 0.1,
+        };
+        let mut ears = Ears::two(&job, [0, 1]).expect("sound");
+        let sound = |n: u32| 0.3 * (n as f32 * 0.7).sin();
+        for n in 0..8000 {
+            ears.sample([sound(n), -sound(n)], None, &mut |_| {});
+        }
+        ears.missing(4000, &mut |_| {});
+        for n in 0..8000 {
+            ears.sample([sound(n), -sound(n)], None, &mut |_| {});
+        }
+        let summary = ears.finish().expect("an end");
+        assert_eq!(summary.samples, 20_000, "a second, half a one, a second");
+        let channels = summary.channels.expect("two");
+        for channel in channels {
+            let missing = channel.faults.iter().find(|f| f.fault == "missing");
+            let missing = missing.expect("told");
+            assert!((missing.on - 1.0).abs() < 0.3, "{missing:?}");
+        }
+    }
+}

@@ -213,6 +213,10 @@ fn refused(called: &str, why: &cpal::Error) -> Failure {
             "this user may not listen to it".to_owned(),
             "Linux: join the group audio; macOS, Windows: allow the terminal the microphone in the privacy settings",
         ),
+        ErrorKind::DeviceNotAvailable => (
+            "it is not there".to_owned(),
+            "connect it; `rarma listen --list` names the inputs there are",
+        ),
         _ => (
             why.to_string(),
             "`rarma listen --list` names the inputs there are",

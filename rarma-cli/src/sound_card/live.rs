@@ -366,7 +366,7 @@ impl Gaps {
             n => format!("{n} places, the first"),
         };
         Some(format!(
-            "{} samples are missing ({:.3} s) in {places} at {:.3} s: the card or this computer was too slow (end other programs; the monitor was told, and says `samples-missing` there)",
+            "{} samples are missing ({:.3} s) in {places} at {:.3} s: the card paused, or this computer was too slow for it (end other programs; the monitor was told, and says `samples-missing` there)",
             self.samples,
             self.samples as f64 / fs,
             self.first as f64 / fs
