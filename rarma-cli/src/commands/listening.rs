@@ -176,7 +176,8 @@ mod tests {
         for channel in channels {
             let missing = channel.faults.iter().find(|f| f.fault == "missing");
             let missing = missing.expect("told");
-            assert!((missing.on - 1.0).abs() < 0.3, "{missing:?}");
+            // With the first report after it.
+            assert!((1.0..1.6).contains(&missing.on), "{missing:?}");
         }
     }
 }
