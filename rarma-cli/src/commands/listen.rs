@@ -17,7 +17,7 @@ pub(super) fn main(args: &ListenArgs) -> Result<u8, Failure> {
         return Ok(0);
     }
     if let Some(path) = &args.record {
-        output::free(path)?;
+        output::must_be_new(path)?;
     }
     let live = sound_card::open(&Wish {
         device: args.device.clone(),
@@ -42,11 +42,8 @@ fn listen(args: &ListenArgs, mut live: Live) -> Result<u8, Failure> {
     let heard =
         source.and_then(|source| monitor::hear(&args.monitor, source, Reach::default(), false));
     // The recording is whole whatever became of the verdict.
-    let closed = live.borrow_mut().close();
-    if let (Some(path), Ok(_)) = (&args.record, &closed) {
-        eprintln!("recorded: {}", path.display());
-    }
-    match (heard, closed?) {
+    let ended = live.borrow_mut().close()?;
+    match (heard, ended) {
         (_, Ended::Gone(why)) => Err(Failure::Gone(format!(
             "{name}: end: {why} (connect it again, and start again; what was heard until then counts)"
         ))),

@@ -10,6 +10,7 @@ use crate::args::{InputArgs, MonitorArgs};
 use crate::collect::News;
 use crate::failure::Failure;
 use crate::input::{self, InputError, ReadOptions, Recording, Speeds};
+use crate::output::stdout;
 use crate::record::{Run, Summary};
 use rarma_core::Order;
 use rarma_core::monitor::{LEAST_MEMORY, MonitorConfig, MonitorError};
@@ -70,6 +71,8 @@ pub(super) fn hear(
         _ => through(&mut source, &mut audience, Ears::one(&job)?, &mut speeds)?,
     };
     let finished = audience.finish(summary)?;
+    // A verdict that could not be passed on goes before what is wrong with the samples.
+    stdout::check()?;
     source.end()?;
     long_enough(&job, &source.about)?;
     Ok(finished)

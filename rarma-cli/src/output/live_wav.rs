@@ -4,7 +4,7 @@ use super::failed;
 use super::wav::{broken, most_samples};
 use crate::failure::Failure;
 use hound::{SampleFormat, WavSpec, WavWriter};
-use std::fs::{File, OpenOptions};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 
@@ -47,7 +47,7 @@ impl LiveWav {
 
     fn begin(path: &Path, spec: WavSpec, part: u32) -> Result<Self, Failure> {
         let name = part_of(path, part);
-        free(&name)?;
+        must_be_new(&name)?;
         let file = OpenOptions::new().write(true).create_new(true).open(&name);
         let file = file.map_err(|why| failed(&name, "open", &why))?;
         // So that no other program replaces it meanwhile; not every disk has locks.
@@ -91,24 +91,30 @@ impl LiveWav {
         Ok(())
     }
 
-    /// Ends it, safely on disk.
+    /// Ends it, safely on disk. One that holds nothing is removed: false.
     ///
     /// # Errors
     /// It cannot be written to its end.
-    pub fn finish(self) -> Result<(), Failure> {
+    pub fn finish(self) -> Result<bool, Failure> {
         let name = self.name();
+        let empty = self.writer.len() == 0;
         let ended = self.writer.finalize();
         ended.map_err(|why| broken(&name, why))?;
-        let file = File::open(&name).and_then(|file| file.sync_all());
-        file.map_err(|why| failed(&name, "write", &why))
+        let safe = match empty {
+            true => fs::remove_file(&name),
+            false => File::open(&name).and_then(|file| file.sync_all()),
+        };
+        safe.map_err(|why| failed(&name, "write", &why))?;
+        Ok(!empty)
     }
 
     fn next_part(&mut self) -> Result<(), Failure> {
         let next = Self::begin(&self.path, self.spec, self.part + 1)?;
-        std::mem::replace(self, next).finish()
+        std::mem::replace(self, next).finish().map(|_| ())
     }
 
-    fn name(&self) -> PathBuf {
+    /// The file that is written now.
+    pub fn name(&self) -> PathBuf {
         part_of(&self.path, self.part)
     }
 
@@ -122,8 +128,8 @@ impl LiveWav {
 ///
 /// # Errors
 /// There is one.
-pub fn free(path: &Path) -> Result<(), Failure> {
-    match std::fs::symlink_metadata(path) {
+pub fn must_be_new(path: &Path) -> Result<(), Failure> {
+    match fs::symlink_metadata(path) {
         Err(why) if why.kind() == io::ErrorKind::NotFound => Ok(()),
         Err(why) => Err(failed(path, "open", &why)),
         Ok(_) => Err(Failure::System(format!(
@@ -203,7 +209,17 @@ mod tests {
         let why = LiveWav::create(&path, 48_000, 1, Some(16));
         let why = why.err().expect("refused").to_string();
         assert!(why.contains("kept.wav") && why.contains("another"), "{why}");
-        assert_eq!(std::fs::read(&path).expect("there"), b"mine");
+        assert_eq!(fs::read(&path).expect("there"), b"mine");
+    }
+
+    #[test]
+    fn one_that_holds_nothing_is_not_left() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("none.wav");
+        let wav = LiveWav::create(&path, 48_000, 1, Some(16)).expect("begun");
+        assert!(path.exists());
+        assert_eq!(wav.finish(), Ok(false));
+        assert!(!path.exists());
     }
 
     #[test]

@@ -18,7 +18,7 @@ pub mod stdout;
 mod wav;
 
 pub use check::{Files, check};
-pub use live_wav::{LiveWav, free};
+pub use live_wav::{LiveWav, must_be_new};
 pub use new_file::{NewFile, Whole, keep, write, write_all};
 pub use record::RecordFile;
 pub use wav::{WavFile, most_samples};

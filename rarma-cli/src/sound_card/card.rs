@@ -63,7 +63,11 @@ pub fn open(wish: &Wish) -> Result<Live, Failure> {
     let device = find(wish.device.as_deref())?;
     let called = format!("sound card {}", name(&device));
     let offers = offers(&device).map_err(|why| refused(&called, &why))?;
-    let channels = wish.channels.iter().max().map_or(1, |c| c + 1);
+    let channels = wish
+        .channels
+        .iter()
+        .max()
+        .map_or(1, |c| c.saturating_add(1));
     let choice = choose(&offers, wish.rate_hz, channels)
         .map_err(|why| Failure::Input(format!("{called}: open: {why}")))?;
     let signals = Arc::new(Signals::default());

@@ -237,7 +237,10 @@ impl Live {
             }
         }
         if let Some(record) = self.record.take() {
-            record.finish()?;
+            let name = record.name();
+            if record.finish()? {
+                eprintln!("recorded: {}", name.display());
+            }
         }
         match self.record_failed.take() {
             Some(failure) => Err(failure),
