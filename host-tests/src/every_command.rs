@@ -49,8 +49,8 @@ impl Case {
 
 /// The commands that can be run on any machine. A test asks that none is missing; `target`
 /// needs an emulator and says what `monitor` says, by the same lines; `connect` needs a box
-/// that answers.
-pub const ELSEWHERE: [&str; 2] = ["target", "connect"];
+/// that answers; `listen` needs a sound card (`rarma-cli/tests/sound_card.rs`).
+pub const ELSEWHERE: [&str; 3] = ["target", "connect", "listen"];
 
 /// One case or more of every command but [`ELSEWHERE`].
 #[must_use]

@@ -7,6 +7,7 @@ mod els;
 mod examples;
 mod files;
 mod ldbb;
+mod listen;
 mod manual;
 mod numbers;
 mod psd;
@@ -20,6 +21,7 @@ pub use els::{
     CutArgs, ElsCommand, ElsFitArgs, ElsHammerArgs, ElsLimitArgs, ElsModelArgs, OutArgs,
 };
 pub use ldbb::{KnownArgs, LdbbAnalyseArgs, LdbbCommand, LdbbCompareArgs, LdbbRunArgs};
+pub use listen::ListenArgs;
 pub use manual::{CompletionsArgs, ManArgs};
 pub use numbers::NumbersArgs;
 pub use psd::{Criterion, PsdArgs, PsdMethod};
@@ -63,9 +65,10 @@ impl Cli {
     }
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 done; 1 chatter was found (monitor, advise, target, box) or outputs were switched off (box); \
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 chatter was found (monitor, listen, advise, target, box) or outputs were switched off (box); \
 2 wrong usage; 3 bad input, with one line naming file, place and reason; \
 4 something else is missing or failed, such as a write to a full disk; \
+5 a silent input, 6 a sound card that went away (listen); \
 141 whoever read standard output has gone away.";
 
 /// The commands.
@@ -75,6 +78,13 @@ pub enum Command {
     ///
     /// Exit code 1 if chatter was found.
     Monitor(MonitorArgs),
+    /// Listen to a sound card, until Ctrl-C or for --seconds.
+    ///
+    /// Exit code 1 if chatter was found, 5 if the input is silent, 6 if the card went away. Level
+    /// and clipping are checked first. Switch automatic gain and noise suppression off: they change
+    /// what is measured. Needs a program that was built with `--features sound-card`.
+    #[command(mut_args(listen::sound_card))]
+    Listen(ListenArgs),
     /// The same through the firmware image on the emulated chip.
     ///
     /// Exit code 1 if chatter was found. Builds the image first if it must.

@@ -14,6 +14,10 @@ pub enum Failure {
     /// Something outside the input went wrong (a tool is missing, a disk full):
     /// exit code 4.
     System(String),
+    /// An input that gives no sound, muted or dead: exit code 5.
+    NoSound(String),
+    /// A sound card that went away while it was listened to: exit code 6.
+    Gone(String),
     /// Whoever read standard output has gone away (`| head`): the command ends as one that
     /// the system ends for it, exit code 141 (128 + SIGPIPE), without a word.
     Closed,
@@ -36,6 +40,8 @@ impl Failure {
             Self::Usage(_) => 2,
             Self::Input(_) => 3,
             Self::System(_) => 4,
+            Self::NoSound(_) => 5,
+            Self::Gone(_) => 6,
             Self::Closed => 141,
         }
     }
@@ -60,7 +66,11 @@ impl Failure {
 
     fn text_mut(&mut self) -> Option<&mut String> {
         match self {
-            Self::Usage(text) | Self::Input(text) | Self::System(text) => Some(text),
+            Self::Usage(text)
+            | Self::Input(text)
+            | Self::System(text)
+            | Self::NoSound(text)
+            | Self::Gone(text) => Some(text),
             Self::Closed => None,
         }
     }
@@ -69,7 +79,11 @@ impl Failure {
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let what = match self {
-            Self::Usage(what) | Self::Input(what) | Self::System(what) => what.as_str(),
+            Self::Usage(what)
+            | Self::Input(what)
+            | Self::System(what)
+            | Self::NoSound(what)
+            | Self::Gone(what) => what.as_str(),
             Self::Closed => "the reader of standard output has gone away",
         };
         write!(f, "{}", OneLine(what))

@@ -45,6 +45,7 @@ pub mod raw_streams;
 pub mod record;
 pub mod report;
 pub mod scenario;
+pub mod sound_card;
 pub mod speech;
 mod translate;
 pub mod truth;

@@ -25,6 +25,16 @@ const EXAMPLES: &[(&[&str], &[Example])] = &[
         ],
     ),
     (
+        &["listen"],
+        &[
+            ("The inputs there are", "rarma listen --list"),
+            (
+                "What is heard is kept, too",
+                "rarma listen --rpm 12000 --teeth 2 --record heard.wav",
+            ),
+        ],
+    ),
+    (
         &["target"],
         &[(
             "The same sound through the firmware, instruction by instruction",

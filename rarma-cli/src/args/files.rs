@@ -16,6 +16,11 @@ impl Command {
                 .read([&a.input.input])
                 .read(&a.structure)
                 .folder("--report", a.report.as_ref(), PAGE),
+            Self::Listen(a) => files
+                .read(&a.monitor.structure)
+                .read(&a.monitor.speed_from)
+                .record("--record", a.record.as_ref())
+                .folder("--report", a.monitor.report.as_ref(), PAGE),
             Self::Advise(a) => files
                 .read([&a.monitor.input.input])
                 .read(&a.monitor.structure)

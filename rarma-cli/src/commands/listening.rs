@@ -68,7 +68,7 @@ impl<const CHANNELS: usize> Ears<CHANNELS> {
                 }
             }
             Monitor::Two(pair) => {
-                pair.sample([x[0], x[CHANNELS - 1]], collector, hear);
+                pair.sample([x[0], x[CHANNELS - 1]].map(Some), collector, hear);
                 if let Some(before) = pulse {
                     pair.pulse(before);
                 }
@@ -88,16 +88,18 @@ impl<const CHANNELS: usize> Ears<CHANNELS> {
         told.map_err(|error| Failure::Usage(format!("setting out of range: {error:?}")))
     }
 
-    /// So many samples are missing before the next one.
-    pub(super) fn missing(&mut self, samples: u64) {
+    /// So many samples of each channel are missing before the next one.
+    pub(super) fn missing(&mut self, samples: u64, hear: &mut impl FnMut(News)) {
         if samples == 0 {
             return;
         }
-        let samples = u32::try_from(samples).unwrap_or(u32::MAX);
         match &mut self.monitor {
-            Monitor::One(duty) => duty.missing(samples),
-            // Records of a box, which alone can have gaps, hold one channel.
-            Monitor::Two(_) => {}
+            Monitor::One(duty) => duty.missing(u32::try_from(samples).unwrap_or(u32::MAX)),
+            Monitor::Two(pair) => {
+                for _ in 0..samples {
+                    pair.sample([None; 2], &mut self.collector, hear);
+                }
+            }
         }
     }
 
@@ -139,5 +141,43 @@ impl<const CHANNELS: usize> Ears<CHANNELS> {
             self.sample(x, pulses.get(n).copied().flatten(), &mut hear);
         }
         Ok(all.with(self.finish()?))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rarma_core::Order;
+    use rarma_core::monitor::MonitorConfig;
+
+    #[test]
+    fn samples_that_are_missing_are_so_for_both_channels() {
+        let monitor = MonitorConfig {
+            order: Order::O21,
+            ..MonitorConfig::new(8000.0)
+        };
+        let job = MonitorJob {
+            monitor,
+            channel: 0,
+            every_s: 0.1,
+        };
+        let mut ears = Ears::two(&job, [0, 1]).expect("sound");
+        let sound = |n: u32| 0.3 * (n as f32 * 0.7).sin();
+        for n in 0..8000 {
+            ears.sample([sound(n), -sound(n)], None, &mut |_| {});
+        }
+        ears.missing(4000, &mut |_| {});
+        for n in 0..8000 {
+            ears.sample([sound(n), -sound(n)], None, &mut |_| {});
+        }
+        let summary = ears.finish().expect("an end");
+        assert_eq!(summary.samples, 20_000, "a second, half a one, a second");
+        let channels = summary.channels.expect("two");
+        for channel in channels {
+            let missing = channel.faults.iter().find(|f| f.fault == "missing");
+            let missing = missing.expect("told");
+            // With the first report after it.
+            assert!((1.0..1.6).contains(&missing.on), "{missing:?}");
+        }
     }
 }

@@ -12,6 +12,7 @@ mod estimators;
 mod identify;
 mod ldbb;
 mod lines;
+mod listen;
 mod listening;
 mod lobes;
 mod manual;
@@ -54,6 +55,7 @@ pub fn run(cli: &Cli) -> Result<u8, Failure> {
     output::check(&cli.command.files())?;
     match &cli.command {
         Command::Monitor(args) => monitor::main(args),
+        Command::Listen(args) => listen::main(args),
         Command::Advise(args) => advise::main(args),
         Command::Target(args) => target::main(args),
         Command::Identify(args) => identify::main(args),

@@ -10,6 +10,7 @@ use crate::args::{InputArgs, MonitorArgs};
 use crate::collect::News;
 use crate::failure::Failure;
 use crate::input::{self, InputError, ReadOptions, Recording, Speeds};
+use crate::output::stdout;
 use crate::record::{Run, Summary};
 use rarma_core::Order;
 use rarma_core::monitor::{LEAST_MEMORY, MonitorConfig, MonitorError};
@@ -25,7 +26,6 @@ pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
 /// # Errors
 /// As those of the command.
 pub(super) fn heard(args: &MonitorArgs, reach: Reach, quiet: bool) -> Result<Finished, Failure> {
-    let structure = process::structure(args.structure.as_deref())?;
     let both = Some(Path::new("-"));
     if args.speed_from.as_deref() == both && Some(args.input.input.as_path()) == both {
         return Err(Failure::Usage(
@@ -33,7 +33,20 @@ pub(super) fn heard(args: &MonitorArgs, reach: Reach, quiet: bool) -> Result<Fin
                 .to_owned(),
         ));
     }
-    let mut source = Source::open(args)?;
+    hear(args, Source::open(args)?, reach, quiet)
+}
+
+/// [`heard`], of a source that is open.
+///
+/// # Errors
+/// As those of the command.
+pub(super) fn hear(
+    args: &MonitorArgs,
+    mut source: Source,
+    reach: Reach,
+    quiet: bool,
+) -> Result<Finished, Failure> {
+    let structure = process::structure(args.structure.as_deref())?;
     let live = source.about.samples.is_none();
     let open = |path| Speeds::open(path, live);
     let mut speeds = args.speed_from.as_deref().map(open).transpose()?;
@@ -42,7 +55,10 @@ pub(super) fn heard(args: &MonitorArgs, reach: Reach, quiet: bool) -> Result<Fin
         ..args.clone()
     };
     let job = job(args, &source.about)?;
-    let bar = show::progress(source.about.samples.unwrap_or(0), "listening");
+    let bar = match source.about.samples {
+        Some(samples) => show::progress(samples, "listening"),
+        None => show::waiting("listening".to_owned()),
+    };
     let mut audience = Audience::new(args, &source.about, &job, structure, reach, bar);
     if quiet {
         audience = audience.quiet();
@@ -55,6 +71,8 @@ pub(super) fn heard(args: &MonitorArgs, reach: Reach, quiet: bool) -> Result<Fin
         _ => through(&mut source, &mut audience, Ears::one(&job)?, &mut speeds)?,
     };
     let finished = audience.finish(summary)?;
+    // A verdict that could not be passed on goes before what is wrong with the samples.
+    stdout::check()?;
     source.end()?;
     long_enough(&job, &source.about)?;
     Ok(finished)
@@ -80,7 +98,7 @@ fn through<const CHANNELS: usize>(
     }) = source.next()?
     {
         audience.hear(&rows[pictured]);
-        ears.missing(missing);
+        ears.missing(missing, &mut |news| audience.take(news));
         heard += missing;
         for n in missing as usize..rows[0].len() {
             let x = std::array::from_fn(|c| rows[c][n] as f32);

@@ -40,14 +40,14 @@ impl Pair {
         self.telling.started()
     }
 
-    /// Takes one sample of each.
+    /// Takes one sample of each, none for one that is missing.
     pub(super) fn sample(
         &mut self,
-        x: [f32; 2],
+        x: [Option<f32>; 2],
         collector: &mut Collector,
         hear: &mut impl FnMut(News),
     ) {
-        let Some(report) = self.monitor.push(x) else {
+        let Some(report) = self.monitor.push_some(x) else {
             return;
         };
         let histogram = || self.monitor.histogram();

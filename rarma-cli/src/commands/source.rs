@@ -68,16 +68,7 @@ impl Source {
     /// # Errors
     /// Bad input, or channels that do not go together, in one line.
     pub(super) fn open(args: &MonitorArgs) -> Result<Self, Failure> {
-        let channels: Vec<usize> = [args.input.channel]
-            .into_iter()
-            .chain(args.second)
-            .collect();
-        if args.second == Some(args.input.channel) {
-            return Err(Failure::Usage(format!(
-                "--second: must be another channel than --channel (both are {})",
-                args.input.channel
-            )));
-        }
+        let channels = listened(args)?;
         let mut stream = opened(args, &channels)?;
         let (mut pictured, mut samples, mut span, mut fs) = (0, None, None, stream.fs);
         if stream.again {
@@ -99,7 +90,33 @@ impl Source {
             fs = Some(end.fs);
             stream = opened(args, &channels)?;
         }
-        let Some(fs) = fs else {
+        stream.fs = fs;
+        let judged = samples.is_none().then(|| judges(&stream, &channels));
+        Self::begin(args, stream, channels, (pictured, samples, span), judged)
+    }
+
+    /// What comes live, judged as it comes.
+    ///
+    /// # Errors
+    /// Channels that do not go together, or are not there, in one line.
+    pub(super) fn live(args: &MonitorArgs, mut stream: Stream) -> Result<Self, Failure> {
+        let channels = listened(args)?;
+        choose(args, &mut stream, &channels)?;
+        let judged = judges(&stream, &channels);
+        Self::begin(args, stream, channels, (0, None, None), Some(judged))
+    }
+
+    /// `known` of a file: the channel that the pictures are made of, its samples, and the range
+    /// of the tacho's.
+    fn begin(
+        args: &MonitorArgs,
+        stream: Stream,
+        channels: Vec<usize>,
+        known: (usize, Option<u64>, Option<f64>),
+        judged: Option<Vec<Health>>,
+    ) -> Result<Self, Failure> {
+        let (pictured, samples, span) = known;
+        let Some(fs) = stream.fs else {
             return Err(Failure::Input(format!(
                 "{}: time column: its rate is known only at the end, and a pipe cannot be read twice (save it in a file, or send WAV)",
                 stream.path.display()
@@ -115,7 +132,7 @@ impl Source {
             },
             pictured,
             rows: vec![Vec::new(); channels.len() + usize::from(tacho.is_some())],
-            judged: samples.is_none().then(|| judges(&stream, &channels)),
+            judged,
             stream,
             channels,
             tacho,
@@ -161,13 +178,33 @@ impl Source {
     }
 }
 
+/// The channels that are listened to, counted from 0.
+///
+/// # Errors
+/// Both are one.
+fn listened(args: &MonitorArgs) -> Result<Vec<usize>, Failure> {
+    let first = args.input.channel;
+    if args.second == Some(first) {
+        return Err(Failure::Usage(format!(
+            "--second: must be another channel than --channel (both are {first})"
+        )));
+    }
+    Ok([first].into_iter().chain(args.second).collect())
+}
+
 /// The stream of a job with all its channels chosen.
 fn opened(args: &MonitorArgs, channels: &[usize]) -> Result<Stream, Failure> {
     let mut stream = Stream::open(&args.input.input, args.input.known(), args.input.raw())?;
+    choose(args, &mut stream, channels)?;
+    Ok(stream)
+}
+
+/// Chooses all channels of a job.
+fn choose(args: &MonitorArgs, stream: &mut Stream, channels: &[usize]) -> Result<(), Failure> {
     stream.want(&channels[..1])?;
     if let Some(second) = args.second {
         require(
-            &stream,
+            stream,
             "--second",
             second,
             "record both sensors into one file",
@@ -180,7 +217,7 @@ fn opened(args: &MonitorArgs, channels: &[usize]) -> Result<Stream, Failure> {
             )));
         }
         require(
-            &stream,
+            stream,
             "--tacho",
             tacho,
             "record the tacho into the same file",
@@ -188,7 +225,7 @@ fn opened(args: &MonitorArgs, channels: &[usize]) -> Result<Stream, Failure> {
     }
     let all: Vec<usize> = channels.iter().copied().chain(args.tacho).collect();
     stream.want(&all)?;
-    Ok(stream)
+    Ok(())
 }
 
 /// That a recording has the channel that `option` asks for; `remedy` is what else may be

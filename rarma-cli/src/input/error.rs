@@ -75,7 +75,7 @@ pub struct InputError {
 
 impl InputError {
     /// An error whose file is not named yet.
-    pub(super) fn new(
+    pub(crate) fn new(
         problem: Problem,
         place: impl Into<String>,
         what: impl Into<String>,

@@ -46,6 +46,7 @@ pub use health::{Health, check, check_size};
 pub use load_steps::read_load_steps;
 pub use receptance::{Function, Plane, Role, merge, read_receptances, write_uff};
 pub use speed::Speeds;
+pub(crate) use stream::{Begin, Blocks};
 pub use stream::{End, Known, Raw, Stream};
 pub use structure::read as read_structure;
 pub use time::RATES_HZ;
@@ -240,7 +241,7 @@ fn rate_of(
 }
 
 /// The error for a channel the file does not have.
-fn no_channel(place: &str, asked: usize, channels: usize) -> InputError {
+pub(crate) fn no_channel(place: &str, asked: usize, channels: usize) -> InputError {
     let what = match channels {
         1 => format!("channel {asked} asked for, but there is one channel, number 0"),
         n => format!(

@@ -57,7 +57,7 @@ pub struct End {
 }
 
 /// What a format says at its beginning.
-pub(super) struct Begin {
+pub(crate) struct Begin {
     pub format: String,
     pub fs: Option<f64>,
     pub step: Option<f64>,
@@ -66,7 +66,7 @@ pub(super) struct Begin {
 }
 
 /// One format's reader behind its header.
-pub(super) trait Blocks {
+pub(crate) trait Blocks {
     /// The channels that are wanted, all of which are there.
     fn want(&mut self, channels: &[usize]);
 
@@ -151,15 +151,24 @@ impl Stream {
             };
             (begin, length.is_some())
         };
-        Ok(Self {
-            path: name.to_path_buf(),
+        Ok(Self::of(name.to_path_buf(), begin, again))
+    }
+
+    /// What comes live, and but once.
+    pub(crate) fn live(name: PathBuf, begin: Begin) -> Self {
+        Self::of(name, begin, false)
+    }
+
+    fn of(path: PathBuf, begin: Begin, again: bool) -> Self {
+        Self {
+            path,
             format: begin.format,
             fs: begin.fs,
             step: begin.step,
             channels: begin.channels,
             again,
             blocks: begin.blocks,
-        })
+        }
     }
 
     /// Chooses the channels to be read, counted from 0.

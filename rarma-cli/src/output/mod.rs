@@ -4,11 +4,13 @@
 //! * [`NewFile`], [`WavFile`]: a file that takes its name only once it is whole; what had
 //!   the name before stays until then.
 //! * [`RecordFile`]: a record is appended to, never replaced, and by one program at a time.
+//! * [`LiveWav`]: sound that is recorded as it is heard, under its own name, valid at every moment.
 //! * [`check`]: before anything is done: nothing is written onto what is read.
 //!
 //! Each failure names the file, and has exit code 4.
 
 mod check;
+mod live_wav;
 mod new_file;
 mod place;
 mod record;
@@ -16,6 +18,7 @@ pub mod stdout;
 mod wav;
 
 pub use check::{Files, check};
+pub use live_wav::{LiveWav, must_be_new};
 pub use new_file::{NewFile, Whole, keep, write, write_all};
 pub use record::RecordFile;
 pub use wav::{WavFile, most_samples};

@@ -80,7 +80,7 @@ impl WavFile {
     }
 }
 
-fn broken(path: &Path, why: hound::Error) -> Failure {
+pub(super) fn broken(path: &Path, why: hound::Error) -> Failure {
     match why {
         hound::Error::IoError(why) => failed(path, "write", &why),
         other => Failure::System(format!("{}: write: {other}", path.display())),

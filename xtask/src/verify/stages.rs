@@ -29,6 +29,7 @@ pub const ALL: &[(&str, Check)] = &[
     ("firmware image", firmware_image),
     ("board image", board_image),
     ("host tests", host_tests),
+    ("sound card", sound_card),
     ("doc tests", doc_tests),
     ("commands of the docs", commands::check),
     ("fuzzing", fuzzing),
@@ -284,6 +285,20 @@ fn host_tests(bench: &mut Bench<'_>) -> Result<Outcome> {
         "without {}",
         without.join(" and ")
     )))
+}
+
+/// `rarma` with the feature that needs a library of the system, and on cards that are files.
+fn sound_card(bench: &mut Bench<'_>) -> Result<Outcome> {
+    if let Err(failure) = sound::ensure_card_library() {
+        return Ok(Outcome::Skipped(failure.to_string()));
+    }
+    let with = ["--package", "rarma-cli", "--features", "sound-card"];
+    let mut tests = bench.cargo(&["test", "--release", "--test", "sound_card"]);
+    tests.args(with).env("RARMA_REQUIRE_SOUND_CARD", "1");
+    bench.pass_if(&mut tests)?;
+    let mut clippy = bench.cargo(&["clippy"]);
+    clippy.args(with).args(["--", "--deny", "warnings"]);
+    bench.pass_if(&mut clippy)
 }
 
 /// Every day: each long form has a short one, and passed when it ran last or is named as one

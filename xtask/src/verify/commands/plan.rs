@@ -61,6 +61,9 @@ pub struct Known {
     pub boards: Vec<String>,
 }
 
+/// The stage that listens to sound cards.
+const SOUND_CARD: &str = "sound card";
+
 /// Programs that are no part of this project and may stand in the pages.
 const TOOLS: [&str; 2] = ["cmp", "size"];
 
@@ -77,7 +80,7 @@ impl Known {
             "rarma" if rest.iter().any(|word| word == "--set-key") => {
                 Ok(Plan::Not("a key is set at a box's own serial port only"))
             }
-            "rarma" => Ok(Plan::Rarma(rest.to_vec())),
+            "rarma" => Ok(ours(rest.to_vec())),
             "cargo" => self.cargo(rest),
             tool if TOOLS.contains(&tool) => Ok(Plan::Tool(step.words.clone())),
             other => Err(format!(
@@ -92,7 +95,7 @@ impl Known {
             return Err("`cargo` alone".to_owned());
         };
         match verb.as_str() {
-            "run" => program(rest).map(Plan::Rarma),
+            "run" => program(rest).map(ours),
             "test" => tests(rest).map(Plan::Tests),
             "bench" => bench(rest).map(Plan::Bench),
             alias => {
@@ -159,15 +162,32 @@ impl Known {
     }
 }
 
+/// What is done with a command of `rarma`.
+fn ours(arguments: Vec<String>) -> Plan {
+    match arguments.first().map(String::as_str) {
+        // Not in the program that the other commands are run with.
+        Some("listen") => Plan::Stage(SOUND_CARD),
+        _ => Plan::Rarma(arguments),
+    }
+}
+
 /// Arguments of `rarma` behind `cargo run`.
 fn program(words: &[String]) -> Result<Vec<String>, String> {
-    let form = "`cargo run` must have the form `cargo run --release -p rarma-cli -- COMMAND`";
+    let form = "`cargo run` must have the form `cargo run --release -p rarma-cli -- COMMAND`, or with `--features sound-card` before `-- listen`";
     let split = words.iter().position(|word| word == "--").ok_or(form)?;
     let (ours, rest) = words.split_at(split);
-    if ours != ["--release", "-p", "rarma-cli"] {
+    let arguments = rest.get(1..).unwrap_or_default().to_vec();
+    let (usual, more) = ours.split_at(ours.len().min(3));
+    let listens = arguments.first().is_some_and(|word| word == "listen");
+    let features: &[&str] = if listens {
+        &["--features", "sound-card"]
+    } else {
+        &[]
+    };
+    if usual != ["--release", "-p", "rarma-cli"] || more != features {
         return Err(form.to_owned());
     }
-    Ok(rest.get(1..).unwrap_or_default().to_vec())
+    Ok(arguments)
 }
 
 fn tests(words: &[String]) -> Result<Tests, String> {
@@ -264,6 +284,11 @@ mod tests {
             ("cargo fw test", "on-target tests"),
             ("cargo xtask count", "instruction counts"),
             ("cargo xtask chip", "board figures"),
+            ("rarma listen --list", "sound card"),
+            (
+                "cargo run --release -p rarma-cli --features sound-card -- listen --rpm 1656",
+                "sound card",
+            ),
         ] {
             assert_eq!(plan(text), Ok(Plan::Stage(stage)), "{text}");
             let there = crate::verify::stages::ALL
@@ -309,6 +334,8 @@ mod tests {
             "cargo frobnicate",
             "cargo run -p rarma-cli -- demo",
             "cargo run --release -p xtask -- demo",
+            "cargo run --release -p rarma-cli -- listen",
+            "cargo run --release -p rarma-cli --features sound-card -- demo",
             "cargo test -p host-tests --test health",
             "cargo test --release --test health",
             "cargo test --release -p host-tests",
