@@ -71,7 +71,7 @@ impl Cards {
     /// A card that plays these sounds on both of its channels.
     fn plays(&self, name: &str, codes: &[i16]) {
         let file = self.path(&format!("{name}.raw"));
-        std::fs::write(&file, frames(codes)).expect("written");
+        rarma_cli::output::write(&file, frames(codes)).expect("written");
         self.add(name, &file);
     }
 
@@ -313,7 +313,7 @@ fn a_file_that_is_there_is_not_recorded_over() {
         return;
     };
     cards.plays("mill", &noise(2.0));
-    std::fs::write(cards.path("mine.wav"), b"mine").expect("written");
+    rarma_cli::output::write(&cards.path("mine.wav"), b"mine").expect("written");
     let said =
         output(&mut cards.listen(&["--device", "mill", "--seconds", "1", "--record", "mine.wav"]));
     assert_eq!(said.status.code(), Some(4), "{}", text(&said.stderr));
