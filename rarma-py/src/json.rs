@@ -13,7 +13,8 @@ pub fn to_python<'py>(py: Python<'py>, record: &impl Serialize) -> PyResult<Boun
     from_value(py, &value)
 }
 
-fn from_value<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
+/// A JSON value.
+pub fn from_value<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
     Ok(match value {
         Value::Null => py.None().into_bound(py),
         Value::Bool(is) => is.into_pyobject(py)?.to_owned().into_any(),

@@ -5,6 +5,7 @@ mod array;
 mod batch;
 mod error;
 mod estimator;
+mod frames;
 mod json;
 mod monitor;
 mod options;
@@ -20,6 +21,8 @@ use pyo3::prelude::*;
 mod _rarma {
     #[pymodule_export]
     use crate::batch::{identify, order, psd};
+    #[pymodule_export]
+    use crate::frames::decode;
     #[pymodule_export]
     use crate::monitor::Monitor;
     #[pymodule_export]

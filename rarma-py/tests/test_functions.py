@@ -95,6 +95,19 @@ def test_lobes(command):
     assert found["scenario"] == want["scenario"] and found["most_mm"] == 0.3
 
 
+def test_decode_gives_what_the_command_decodes(command, tmp_path):
+    record = tmp_path / "box.frames"
+    command("box", "--sim", "box-ldbb-leak", "--record", record)
+    found = rarma.decode(record.read_bytes())
+    assert found == command.lines("decode", record)
+    assert found[0]["message"]["Hello"]["sample_rate_hz"] == 48_000.0
+    assert rarma.decode(b"noise\0" + record.read_bytes()[:-3]) == found[:-1]
+    with pytest.raises(ValueError, match="data: 5 bytes without a whole frame"):
+        rarma.decode(b"noise")
+    with pytest.raises(TypeError):
+        rarma.decode("box.frames")
+
+
 def test_every_shipped_scenario_is_named(command):
     listed = [line.split()[0] for line in command("simulate", "--list").splitlines()]
     assert list(rarma.scenarios()) == listed

@@ -10,6 +10,7 @@ from importlib.metadata import version as _version
 from ._rarma import (
     Monitor,
     RecursiveArma,
+    decode,
     identify,
     lobes,
     order,
@@ -31,6 +32,7 @@ __all__ = [
     "RecursiveArma",
     "Simulation",
     "advise",
+    "decode",
     "identify",
     "lobes",
     "order",

@@ -11,6 +11,7 @@ from ._results import Readings, Recording, Simulation
 __all__ = [
     "Monitor",
     "RecursiveArma",
+    "decode",
     "identify",
     "lobes",
     "order",
@@ -138,6 +139,7 @@ def psd(
 def read(
     path: _Path, *, channel: int = 0, sample_rate_hz: Optional[float] = None
 ) -> Recording: ...
+def decode(data: bytes) -> List[Dict[str, Any]]: ...
 def scenarios() -> Dict[str, str]: ...
 def simulate(scenario: _Path, *, seed: Optional[int] = None) -> Simulation: ...
 def lobes(

@@ -79,9 +79,10 @@ impl Known {
             }
             "rarma" => Ok(Plan::Rarma(rest.to_vec())),
             "cargo" => self.cargo(rest),
+            "maturin" | "python3" => python(program, rest),
             tool if TOOLS.contains(&tool) => Ok(Plan::Tool(step.words.clone())),
             other => Err(format!(
-                "`{other}` is no program that the pages may use (known: rarma, cargo, {})",
+                "`{other}` is no program that the pages may use (known: rarma, cargo, maturin, python3, {})",
                 TOOLS.join(", ")
             )),
         }
@@ -156,6 +157,27 @@ impl Known {
             Verb::Run if emulated => Ok(Plan::Not("the bare image wants a job in the root")),
             Verb::Run => Ok(Plan::Not("it flashes a board through its debugger")),
         }
+    }
+}
+
+/// What is done with the Python package.
+fn python(program: &str, words: &[String]) -> Result<Plan, String> {
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    match (program, &words[..]) {
+        ("maturin", ["build", ..]) | ("python3", ["-m", "venv" | "pip", ..]) => {
+            Ok(Plan::Stage("python"))
+        }
+        ("python3", [script, ..]) if script.starts_with("rarma-py/") => match script.as_ref() {
+            "rarma-py/benchmark.py" => {
+                Ok(Plan::Not("it measures times, which wants a machine alone"))
+            }
+            "rarma-py/compare" => Ok(Plan::Not("it takes minutes, and packages of others")),
+            _ => Err(format!("`{script}`: no such script")),
+        },
+        _ => Err(format!(
+            "`{program} {}` is not known here",
+            words.first().unwrap_or(&"")
+        )),
     }
 }
 
@@ -264,6 +286,8 @@ mod tests {
             ("cargo fw test", "on-target tests"),
             ("cargo xtask count", "instruction counts"),
             ("cargo xtask chip", "board figures"),
+            ("maturin build --release", "python"),
+            ("python3 -m pip install rarma.whl", "python"),
         ] {
             assert_eq!(plan(text), Ok(Plan::Stage(stage)), "{text}");
             let there = crate::verify::stages::ALL
@@ -317,6 +341,9 @@ mod tests {
             "cargo fw flash",
             "cargo fw build no-board",
             "cargo xtask frobnicate",
+            "maturin publish",
+            "python3 -m http.server",
+            "python3 rarma-py/no-such.py",
         ] {
             assert!(plan(text).is_err(), "{text}: {:?}", plan(text));
         }
