@@ -246,9 +246,11 @@ impl RecursiveArma {
             });
             Ok(rows)
         })?;
+        let before = self.samples / u64::from(every);
         self.samples += count as u64;
+        let height = (self.samples / u64::from(every) - before) as usize;
         let array = |values: Vec<f64>| -> PyResult<Bound<'py, PyAny>> {
-            let shape = [values.len() / modes.max(1), modes];
+            let shape = [height, modes];
             Ok(PyArray1::from_vec(py, values).reshape(shape)?.into_any())
         };
         let four = [rows.f_hz, rows.zeta, rows.sd_f_hz, rows.sd_zeta];

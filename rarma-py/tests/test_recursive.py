@@ -9,7 +9,7 @@ import pytest
 import rarma
 from signals import FS, MODES, vibration
 
-ORDERS = [(2, 1), (2, 2), (4, 3), (6, 6), (8, 7), (8, 8), (5, 4), (10, 9), (4, 6), (3, 0)]
+ORDERS = [(2, 1), (2, 2), (4, 3), (6, 6), (8, 7), (8, 8), (5, 4), (10, 9), (4, 6), (3, 0), (0, 2)]
 
 
 @pytest.fixture(scope="module")

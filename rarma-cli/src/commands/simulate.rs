@@ -79,7 +79,7 @@ fn write(loaded: &Loaded, out: &Path) -> Result<(Whole, u64), Failure> {
     let mut file = WavFile::create(out, spec)?;
     let bar = show::progress(sound.cut.len() as u64, "cutting");
     let mut count = 0;
-    while let Some(sample) = sound.next() {
+    for sample in sound.by_ref() {
         file.sample(sample)?;
         count += 1;
         if count % BAR_STEP == 0 {

@@ -167,7 +167,7 @@ fn python(program: &str, words: &[String]) -> Result<Plan, String> {
         ("maturin", ["build", ..]) | ("python3", ["-m", "venv" | "pip", ..]) => {
             Ok(Plan::Stage("python"))
         }
-        ("python3", [script, ..]) if script.starts_with("rarma-py/") => match script.as_ref() {
+        ("python3", [script, ..]) if script.starts_with("rarma-py/") => match *script {
             "rarma-py/benchmark.py" => {
                 Ok(Plan::Not("it measures times, which wants a machine alone"))
             }
