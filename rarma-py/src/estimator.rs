@@ -10,8 +10,8 @@ use rarma_core::spectrum::{FactorTracker, ModalDeviation, Quadratic, Tracking, d
 /// Largest p and q.
 pub const MAX_ORDER: usize = 30;
 
-/// Sweeps over the roots at a row at most, where rows do not come with every sample. A search
-/// from nothing takes about thirty.
+/// Sweeps over the roots at a row at most, where they are not followed from the sample before. A
+/// search from nothing takes about thirty.
 const SWEEPS: u32 = 200;
 
 /// What is read off at a sample: one value a mode, NaN where there is none.
@@ -284,7 +284,8 @@ impl<M: Model, const P: usize> Estimator for Followed<M, P> {
             let is_due = *due == 0;
             let has_model = !matches!(status, Status::Starting | Status::Rejected);
             if is_due && has_model {
-                self.follow(if every == 1 { 1 } else { SWEEPS });
+                // From sample to sample one sweep follows them; a search is done at once.
+                self.follow(if every == 1 && !self.lost { 1 } else { SWEEPS });
             }
             if is_due {
                 *due = every;
