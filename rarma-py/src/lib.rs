@@ -13,6 +13,7 @@ mod read;
 mod recursive;
 mod results;
 mod scenario;
+mod settings;
 mod state;
 
 use pyo3::prelude::*;

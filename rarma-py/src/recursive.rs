@@ -5,13 +5,14 @@ use crate::error::detached;
 use crate::estimator::{Estimator, MAX_ORDER, Rows, estimator};
 use crate::json::to_python;
 use crate::results;
+use crate::settings::{Settings, whole};
 use crate::state::{Reader, Writer};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 use rarma_cli::commands::modes_of;
-use rarma_core::estimate::{ConfigError, Gain, Gradient, RarmaConfig};
+use rarma_core::estimate::RarmaConfig;
 
 /// Samples from here on the estimator leaves out.
 const LARGEST_SAMPLE: f64 = 1e15;
@@ -71,72 +72,6 @@ pub struct RecursiveArma {
     settings: Settings,
     model: Box<dyn Estimator>,
     samples: u64,
-}
-
-#[derive(Clone)]
-struct Settings {
-    forgetting: f64,
-    random_walk: f64,
-    method: String,
-    start_samples: u32,
-}
-
-impl Settings {
-    fn config(&self) -> PyResult<RarmaConfig<f64>> {
-        let refused = |what: String| Err(PyValueError::new_err(what));
-        let gradient = match self.method.as_str() {
-            "rplr" => Gradient::Pseudo,
-            _ => Gradient::Filtered,
-        };
-        let gain = match self.method.as_str() {
-            "rpem" | "rplr" => Gain::Covariance,
-            "gradient" => Gain::normalised(),
-            other => {
-                return refused(format!("method: {other:?} is none of rpem, rplr, gradient"));
-            }
-        };
-        let config = RarmaConfig {
-            gradient,
-            gain,
-            forgetting: self.forgetting,
-            random_walk: self.random_walk,
-            start_samples: self.start_samples,
-            ..RarmaConfig::default()
-        };
-        config.checked().or_else(|why| {
-            refused(match why {
-                ConfigError::Forgetting => {
-                    format!(
-                        "forgetting: {}: must lie between 0.9 and 1",
-                        self.forgetting
-                    )
-                }
-                ConfigError::RandomWalk => {
-                    format!(
-                        "random_walk: {}: must lie between 0 and 0.01",
-                        self.random_walk
-                    )
-                }
-                _ => format!(
-                    "forgetting: {}, random_walk: {}: both must be finite",
-                    self.forgetting, self.random_walk
-                ),
-            })
-        })
-    }
-}
-
-/// A whole number within a range.
-fn whole(name: &str, n: &Bound<'_, PyAny>, most: usize) -> PyResult<usize> {
-    let is_integer = n.is_instance_of::<pyo3::types::PyInt>() || n.hasattr("__index__")?;
-    if !is_integer {
-        return Err(PyTypeError::new_err(format!(
-            "{name}: {} is no whole number (pass an int)",
-            n.repr()?
-        )));
-    }
-    let fits = n.extract::<usize>().ok().filter(|n| *n <= most);
-    fits.ok_or_else(|| PyValueError::new_err(format!("{name}: {n}: must lie between 0 and {most}")))
 }
 
 #[pymethods]
