@@ -19,7 +19,7 @@ pub const MOST_ALARMS: usize = 10_000;
 pub const MOST_NOTICES: usize = 1_000;
 
 /// Puts messages together as they come.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Collector {
     fs: f64,
     order: [usize; 2],

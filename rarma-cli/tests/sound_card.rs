@@ -5,6 +5,9 @@
 //! (ALSA's `file` device). Without the feature `sound-card` these are skipped, loudly; `RARMA_REQUIRE_SOUND_CARD=1`
 //! makes that a failure.
 
+// What tests write nobody keeps.
+#![allow(clippy::disallowed_methods)]
+
 use serde_json::Value;
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write};

@@ -8,6 +8,7 @@
 //!
 //! Columns of U are stored contiguously: `u[j][i]` is U(i, j) for i < j.
 
+use crate::estimate::state::{self, StateVisitor};
 use crate::real::Real;
 
 /// Runs an expression for each block of up to four columns. The first four blocks are
@@ -66,6 +67,13 @@ impl<T: Real, const N: usize> UdFactors<T, N> {
     pub fn reset(&mut self, variance: T) {
         self.u.as_flattened_mut().fill(T::ZERO);
         self.d.fill(variance);
+    }
+
+    /// Every number, for one who keeps the state of a model or puts it back.
+    pub(crate) fn visit_state(&mut self, visitor: &mut impl StateVisitor<T>) {
+        let Self { u, d } = self;
+        state::all(u.as_flattened_mut(), visitor);
+        state::all(d, visitor);
     }
 
     /// Diagonal factors in use; all positive.

@@ -6,7 +6,7 @@ use super::monitor::read;
 use crate::args::{BandArgs, Detrend, InputArgs};
 use crate::banded;
 use crate::failure::Failure;
-use crate::input::check_size;
+use crate::input::{Recording, check_size};
 use rarma_core::condition::{Band, BandError, BandFilter};
 use std::path::Path;
 
@@ -46,8 +46,15 @@ impl Part {
     /// # Errors
     /// Bad input, or a band that does not fit it, in one line.
     pub fn read(input: &InputArgs, band: BandArgs, how: Detrend) -> Result<Self, Failure> {
-        let recording = read(input)?;
-        check_size(&recording)?;
+        Self::of(&read(input)?, band, how)
+    }
+
+    /// Takes the band that is asked for of a recording that has been read.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn of(recording: &Recording, band: BandArgs, how: Detrend) -> Result<Self, Failure> {
+        check_size(recording)?;
         let whole = Self::whole(&recording.samples, recording.fs, how);
         let Some(band) = band.of(recording.fs) else {
             return Ok(whole);

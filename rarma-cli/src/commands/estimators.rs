@@ -6,7 +6,7 @@ use rarma_core::estimate::batch::{
     self, ArFit, ArmaFit, Bound, FitError, Ml, MlConfig, Pem, PemConfig,
 };
 use rarma_core::estimate::{BoundedArma, Gain, Gradient, IvConfig, RarmaConfig, RecursiveIv};
-use rarma_core::spectrum::{FactorTracker, Roots, deviation, modal};
+use rarma_core::spectrum::{FactorTracker, Quadratic, Roots, deviation, modal};
 use serde::Serialize;
 
 /// Largest p and q.
@@ -238,41 +238,49 @@ impl Model {
         if let Uncertainty::Tones(tones) = &self.uncertainty {
             return Some(tones.modes(fs));
         }
-        let mut roots = FactorTracker::<f64, N>::new();
-        roots.solve(&self.a, 4000)?;
         let bound = Bound::<f64, N>::of(&self.a, &self.c).ok();
-        let mut modes: Vec<IdentifiedMode> = roots
-            .factors(p)
-            .iter()
-            .filter_map(|factor| {
-                let mode = modal(factor, fs)?;
-                let Roots::Pair { re, im } = factor.roots() else {
-                    return None;
-                };
-                let sd = match &self.uncertainty {
-                    Uncertainty::Fit(fit) => fit.pole(re, im, fs).map(|d| (d.frequency, d.damping)),
-                    Uncertainty::Recursion(model) => {
-                        let (covariance, scale) = model.covariance();
-                        deviation(&self.a, p + self.c.len(), factor, fs, covariance, scale)
-                            .map(|d| (d.frequency, d.damping))
-                    }
-                    Uncertainty::Bound(n) => bound
-                        .as_ref()
-                        .and_then(|b| b.pole(re, im, fs, *n))
-                        .map(|d| (d.frequency, d.damping)),
-                    Uncertainty::Tones(_) => None,
-                };
-                let (f_sd, zeta_sd) = sd.unwrap_or((f64::NAN, f64::NAN));
-                Some(IdentifiedMode {
-                    f: mode.frequency,
-                    f_sd,
-                    zeta: mode.damping,
-                    zeta_sd,
-                    amplitude: None,
-                })
-            })
-            .collect();
-        modes.sort_by(|x, y| x.f.total_cmp(&y.f));
-        Some(modes)
+        modes_of(&self.a, fs, |factor| {
+            let Roots::Pair { re, im } = factor.roots() else {
+                return None;
+            };
+            match &self.uncertainty {
+                Uncertainty::Fit(fit) => fit.pole(re, im, fs).map(|d| (d.frequency, d.damping)),
+                Uncertainty::Recursion(model) => {
+                    let (covariance, scale) = model.covariance();
+                    deviation(&self.a, p + self.c.len(), factor, fs, covariance, scale)
+                        .map(|d| (d.frequency, d.damping))
+                }
+                Uncertainty::Bound(n) => bound
+                    .as_ref()
+                    .and_then(|b| b.pole(re, im, fs, *n))
+                    .map(|d| (d.frequency, d.damping)),
+                Uncertainty::Tones(_) => None,
+            }
+        })
     }
+}
+
+/// Modes of A sorted by frequency, with the deviations of frequency (Hz) and damping that `sd`
+/// gives for a pole pair; none if the roots of A are not found.
+pub fn modes_of(
+    a: &[f64],
+    fs: f64,
+    sd: impl Fn(&Quadratic<f64>) -> Option<(f64, f64)>,
+) -> Option<Vec<IdentifiedMode>> {
+    let mut roots = FactorTracker::<f64, N>::new();
+    roots.solve(a, 4000)?;
+    let mode = |factor: &Quadratic<f64>| {
+        let mode = modal(factor, fs)?;
+        let (f_sd, zeta_sd) = sd(factor).unwrap_or((f64::NAN, f64::NAN));
+        Some(IdentifiedMode {
+            f: mode.frequency,
+            f_sd,
+            zeta: mode.damping,
+            zeta_sd,
+            amplitude: None,
+        })
+    };
+    let mut modes: Vec<IdentifiedMode> = roots.factors(a.len()).iter().filter_map(mode).collect();
+    modes.sort_by(|x, y| x.f.total_cmp(&y.f));
+    Some(modes)
 }

@@ -5,8 +5,10 @@ use super::estimators::{self, IdentifiedMode, Memory};
 use super::show;
 use crate::args::{IdentifyArgs, Method};
 use crate::failure::Failure;
+use crate::input::Recording;
 use rarma_core::estimate::batch::{Criteria, FitError, Whiteness};
 use serde::Serialize;
+use std::path::Path;
 
 /// Lags of the whiteness test, beyond the parameters.
 const WHITENESS_LAGS: usize = 20;
@@ -49,7 +51,8 @@ pub struct Identified {
     pub whiteness_p: Option<f64>,
 }
 
-pub(super) fn main(args: &IdentifyArgs) -> Result<u8, Failure> {
+/// Refuses an order that the method does not fit.
+fn possible(args: &IdentifyArgs) -> Result<(), Failure> {
     if args.method.is_autoregressive() && args.order.1 > 0 {
         return Err(Failure::Usage(format!(
             "--method {} fits autoregressive models only: --order must be {},0",
@@ -75,6 +78,11 @@ pub(super) fn main(args: &IdentifyArgs) -> Result<u8, Failure> {
             "--method tones fits p/2 tones: --order must be 2k,2k or 2k,0, not {p},{q}"
         )));
     }
+    Ok(())
+}
+
+pub(super) fn main(args: &IdentifyArgs) -> Result<u8, Failure> {
+    possible(args)?;
     let part = Part::read(&args.input, args.band, args.detrend)?;
     let work = estimators::work(args.method, part.samples.len(), args.order);
     part.warn_of(work, &args.input.input);
@@ -83,10 +91,9 @@ pub(super) fn main(args: &IdentifyArgs) -> Result<u8, Failure> {
         part.samples.len(),
         args.method.name()
     ));
-    let found = with_stack(|| fit_part(&part, args));
+    let found = fit_named(&part, args, &args.input.input);
     bar.finish_and_clear();
-    let file = args.input.input.display();
-    let found = found.map_err(|why| Failure::Input(format!("{file}: {why}")))?;
+    let found = found?;
     if args.json {
         let text = serde_json::to_string(&found).map_err(std::io::Error::from)?;
         say!("{text}");
@@ -145,6 +152,24 @@ fn show(m: &Identified) {
 pub fn identify(series: &[f64], fs: f64, args: &IdentifyArgs) -> Result<Identified, String> {
     let part = Part::whole(series, fs, args.detrend);
     with_stack(|| fit_part(&part, args))
+}
+
+/// What `rarma identify` says of a recording that has been read; `args.input` does not count.
+///
+/// # Errors
+/// As those of the command.
+pub fn identify_recording(
+    recording: &Recording,
+    args: &IdentifyArgs,
+) -> Result<Identified, Failure> {
+    possible(args)?;
+    let part = Part::of(recording, args.band, args.detrend)?;
+    fit_named(&part, args, &recording.path)
+}
+
+fn fit_named(part: &Part, args: &IdentifyArgs, file: &Path) -> Result<Identified, Failure> {
+    with_stack(|| fit_part(part, args))
+        .map_err(|why| Failure::Input(format!("{}: {why}", file.display())))
 }
 
 /// Runs a fit on a thread with room for the largest models.

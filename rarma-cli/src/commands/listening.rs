@@ -8,11 +8,13 @@ use firmware::monitor::MonitorDuty;
 use rarma_core::wire::MonitorJob;
 
 /// Listens; what is said goes to whoever hears it, and nothing is kept.
+#[derive(Clone)]
 pub(super) struct Ears<const CHANNELS: usize> {
     monitor: Monitor,
     collector: Collector,
 }
 
+#[derive(Clone)]
 enum Monitor {
     One(Box<MonitorDuty>),
     Two(Box<Pair>),

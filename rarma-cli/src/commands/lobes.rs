@@ -5,7 +5,7 @@ use crate::args::LobesArgs;
 use crate::failure::Failure;
 use crate::report::chart::{Chart, Mark, Scale, Series, sheet, table};
 use crate::report::sheet_into;
-use crate::scenario;
+use crate::scenario::{self, Loaded};
 use crate::truth::crossing_word;
 use hal_sim::plant::cut::Process;
 use hal_sim::plant::delay::DepthSearch;
@@ -49,35 +49,10 @@ pub(super) fn main(args: &LobesArgs) -> Result<u8, Failure> {
     let mut all = Vec::new();
     for name in &args.scenarios {
         let loaded = scenario::load(name, None)?;
-        let process = loaded.scenario.process;
-        let nominal = 60.0 * process.spindle_hz();
-        let range = args.rpm.unwrap_or((0.5 * nominal, 1.5 * nominal));
-        let most_mm = args.max_depth_mm.unwrap_or(2e3 * process.depth().largest());
-        if !(most_mm > 0.0) {
-            return Err(Failure::Usage(format!(
-                "--max-depth-mm: must be given, {name} cuts nothing"
-            )));
-        }
-        let speeds: Vec<f64> = (0..args.speeds)
-            .map(|i| range.0 + (range.1 - range.0) * i as f64 / (args.speeds - 1).max(1) as f64)
-            .collect();
-        let bar = show::progress(speeds.len() as u64, &loaded.scenario.name);
-        let points: Result<Vec<LobePoint>, PlantError> = speeds
-            .par_iter()
-            .map(|&rpm| {
-                let point = point(&process, rpm, most_mm);
-                bar.inc(1);
-                point
-            })
-            .collect();
+        let bar = show::progress(args.speeds as u64, &loaded.scenario.name);
+        let chart = chart(name, loaded, args, || bar.inc(1));
         bar.finish_and_clear();
-        let points =
-            points.map_err(|why| Failure::whole(name, why, "correct the fields it names"))?;
-        all.push(Lobes {
-            scenario: loaded.scenario.name,
-            most_mm,
-            points,
-        });
+        all.push(chart?);
     }
     if let Some(dir) = &args.report {
         let page = sheet_into(dir, html(&all))?;
@@ -92,6 +67,44 @@ pub(super) fn main(args: &LobesArgs) -> Result<u8, Failure> {
         tell(&all);
     }
     Ok(0)
+}
+
+/// One scenario over all speeds of `args`, whose `scenarios` do not count; `name` is what
+/// messages call it. `done` is called after each speed.
+///
+/// # Errors
+/// The scenario cuts nothing and no depth is given, or the plant refuses it.
+pub fn chart(
+    name: &str,
+    loaded: Loaded,
+    args: &LobesArgs,
+    done: impl Fn() + Sync,
+) -> Result<Lobes, Failure> {
+    let process = loaded.scenario.process;
+    let nominal = 60.0 * process.spindle_hz();
+    let range = args.rpm.unwrap_or((0.5 * nominal, 1.5 * nominal));
+    let most_mm = args.max_depth_mm.unwrap_or(2e3 * process.depth().largest());
+    if !(most_mm > 0.0) {
+        return Err(Failure::Usage(format!(
+            "--max-depth-mm: must be given, {name} cuts nothing"
+        )));
+    }
+    let speeds: Vec<f64> = (0..args.speeds)
+        .map(|i| range.0 + (range.1 - range.0) * i as f64 / (args.speeds - 1).max(1) as f64)
+        .collect();
+    let points: Result<Vec<LobePoint>, PlantError> = speeds
+        .par_iter()
+        .map(|&rpm| {
+            let point = point(&process, rpm, most_mm);
+            done();
+            point
+        })
+        .collect();
+    Ok(Lobes {
+        scenario: loaded.scenario.name,
+        most_mm,
+        points: points.map_err(|why| Failure::whole(name, why, "correct the fields it names"))?,
+    })
 }
 
 /// The limit at one speed.

@@ -9,6 +9,7 @@ mod decode;
 mod demo;
 mod els;
 mod estimators;
+mod feed;
 mod identify;
 mod ldbb;
 mod lines;
@@ -30,13 +31,15 @@ mod sweep;
 mod tacho;
 mod target;
 
-pub use estimators::IdentifiedMode;
-pub use identify::{Identified, identify};
-pub use lobes::{LobePoint, Lobes, point as lobe_point};
+pub use estimators::{IdentifiedMode, modes_of};
+pub use feed::Feed;
+pub use identify::{Identified, identify, identify_recording};
+pub use lobes::{LobePoint, Lobes, chart as lobe_chart, point as lobe_point};
 pub use monitor::{job, listen, listen_with_tacho};
-pub use order::{Candidate, CandidateMode};
+pub use order::{Candidate, CandidateMode, Choice, order_recording};
 pub use pair::listen as listen_pair;
-pub use psd::Density;
+pub use psd::{Density, psd_recording};
+pub use simulate::{Simulated, simulate};
 pub use source::About;
 pub use target::on_chip;
 

@@ -6,10 +6,12 @@ use super::identify::{self, with_stack};
 use super::show;
 use crate::args::{Criterion, Detrend, Method, OrderArgs};
 use crate::failure::Failure;
+use crate::input::Recording;
+use indicatif::ProgressBar;
 use rarma_core::spectrum::{Modal, StabilisationConfig, Stability, stabilise};
 use rayon::prelude::*;
 use serde::Serialize;
-use serde_json::json;
+use std::path::Path;
 
 /// What (1,0), the least of them, needs.
 const LEAST_SAMPLES: usize = 13;
@@ -57,10 +59,40 @@ impl Candidate {
     }
 }
 
-pub(super) fn main(args: &OrderArgs) -> Result<u8, Failure> {
-    let part = Part::read(&args.input, args.band, Detrend::Mean)?;
-    let file = args.input.input.display();
-    let refused = |why: String| Failure::Input(format!("{file}: {why}"));
+/// The JSON of `rarma order`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Choice {
+    /// Band that was looked at, `[LO, HI]`, Hz; null for all of the recording.
+    pub band: Option<[f64; 2]>,
+    /// Every candidate that could be fitted.
+    pub candidates: Vec<Candidate>,
+    /// `[p, q]` of the best.
+    pub choice: [usize; 2],
+    /// By what it is the best.
+    pub criterion: &'static str,
+    /// Rate of the samples that were fitted, Hz.
+    pub fs: f64,
+    /// How many they are.
+    pub n: usize,
+}
+
+/// What `rarma order` says of a recording that has been read; `args.input` does not count.
+///
+/// # Errors
+/// As those of the command.
+pub fn order_recording(recording: &Recording, args: &OrderArgs) -> Result<Choice, Failure> {
+    let part = Part::of(recording, args.band, Detrend::Mean)?;
+    choose(&part, args, &recording.path, &ProgressBar::hidden())
+}
+
+/// Fits every candidate, and takes the best.
+fn choose(
+    part: &Part,
+    args: &OrderArgs,
+    file: &Path,
+    bar: &ProgressBar,
+) -> Result<Choice, Failure> {
+    let refused = |why: String| Failure::Input(format!("{}: {why}", file.display()));
     let n = part.samples.len();
     if n < LEAST_SAMPLES {
         return Err(refused(format!(
@@ -68,30 +100,40 @@ pub(super) fn main(args: &OrderArgs) -> Result<u8, Failure> {
         )));
     }
     part.variance().map_err(refused)?;
-    let work = |order| estimators::work(Method::Pem, n, order);
-    part.warn_of(orders(args.max).map(work).sum(), &args.input.input);
-    let candidates = candidates(&part, args.max)
+    let candidates = candidates(part, args.max, bar)
         .map_err(|why| refused(format!("whole file: no candidate could be fitted: {why}")))?;
     let choice = candidates
         .iter()
         .min_by(|x, y| x.by(args.criterion).total_cmp(&y.by(args.criterion)))
         .map(|c| c.order)
         .unwrap_or_default();
-    let name = args.criterion.name();
+    Ok(Choice {
+        band: band::in_json(part.band),
+        candidates,
+        choice,
+        criterion: args.criterion.name(),
+        fs: part.fs,
+        n,
+    })
+}
+
+pub(super) fn main(args: &OrderArgs) -> Result<u8, Failure> {
+    let part = Part::read(&args.input, args.band, Detrend::Mean)?;
+    let work = |order| estimators::work(Method::Pem, part.samples.len(), order);
+    part.warn_of(orders(args.max).map(work).sum(), &args.input.input);
+    let steps = orders(args.max).map(step_of).sum();
+    let bar = show::progress(steps, "fitting");
+    let found = choose(&part, args, &args.input.input, &bar);
+    bar.finish_and_clear();
+    let found = found?;
+    let (choice, name) = (found.choice, found.criterion);
     if args.json {
-        let report = json!({
-            "band": band::in_json(part.band),
-            "fs": part.fs,
-            "n": n,
-            "criterion": name,
-            "choice": choice,
-            "candidates": candidates,
-        });
-        say!("{report}");
+        let text = serde_json::to_string(&found).map_err(std::io::Error::from)?;
+        say!("{text}");
     } else {
-        say!("{n} samples, {}", part.words());
+        say!("{} samples, {}", found.n, part.words());
         say!("    p  q        AIC         AICc         BIC          FPE   modes, Hz and damping");
-        for c in &candidates {
+        for c in &found.candidates {
             let mark = if c.order == choice { "<" } else { " " };
             let modes: Vec<String> = c.modes.iter().map(word).collect();
             say!(
@@ -125,14 +167,17 @@ fn orders(max: usize) -> impl Iterator<Item = (usize, usize)> {
     (1..=max).flat_map(|p| [(p, p - 1), (p, p)])
 }
 
+/// Steps of the bar that a candidate is.
+fn step_of(order: (usize, usize)) -> u64 {
+    estimators::work(Method::Pem, 1, order) as u64
+}
+
 /// A candidate that cannot be fitted is left out.
 ///
 /// # Errors
 /// Why the first one could not be, if none could.
-fn candidates(part: &Part, max: usize) -> Result<Vec<Candidate>, String> {
+fn candidates(part: &Part, max: usize, bar: &ProgressBar) -> Result<Vec<Candidate>, String> {
     let orders: Vec<(usize, usize)> = orders(max).collect();
-    let work = |order| estimators::work(Method::Pem, 1, order) as u64;
-    let bar = show::progress(orders.iter().map(|o| work(*o)).sum(), "fitting");
     bar.tick();
     // The longest first, one by one to whoever is free.
     let mut fitted: Vec<((usize, usize), Result<Candidate, String>)> = orders
@@ -141,11 +186,10 @@ fn candidates(part: &Part, max: usize) -> Result<Vec<Candidate>, String> {
         .with_max_len(1)
         .map(|order| {
             let candidate = candidate(part, order, max);
-            bar.inc(work(order));
+            bar.inc(step_of(order));
             (order, candidate)
         })
         .collect();
-    bar.finish_and_clear();
     fitted.reverse();
     let mut found = Vec::new();
     let mut first = None;

@@ -14,6 +14,7 @@ use rarma_core::wire::{MonitorJob, Telemetry};
 const MOST_FAULTS: usize = 1_000;
 
 /// A pair of monitors over two channels in step, on the host.
+#[derive(Clone)]
 pub(super) struct Pair {
     monitor: PairMonitor<f32>,
     telling: Telling,
@@ -153,6 +154,7 @@ fn total([a, b]: [HealthCounts; 2]) -> HealthCounts {
 }
 
 /// The stretches for which one channel was left out.
+#[derive(Clone)]
 struct Log {
     channel: usize,
     faults: Vec<FaultRecord>,

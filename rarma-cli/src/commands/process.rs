@@ -28,6 +28,7 @@ pub fn annotate(line: &mut Line, structure: &Structure<f64>) {
 const MOST: usize = 1 << 16;
 
 /// What the process adds to each mode of a structure over a run.
+#[derive(Clone)]
 pub struct Added {
     structure: Structure<f64>,
     modes: Vec<Readings>,

@@ -6,9 +6,11 @@ use super::identify::{self, with_stack};
 use super::show;
 use crate::args::{Detrend, Method, PsdArgs, PsdMethod};
 use crate::failure::Failure;
+use crate::input::Recording;
 use rarma_core::spectrum::{model_density, welch_density, windowed_density};
 use realfft::RealFftPlanner;
 use serde::Serialize;
+use std::path::Path;
 
 /// Frequencies of the grid for models.
 const GRID: usize = 2048;
@@ -36,16 +38,12 @@ pub struct Density {
 pub(super) fn main(args: &PsdArgs) -> Result<u8, Failure> {
     let order = order(args)?;
     let part = Part::read(&args.input, args.band, Detrend::Mean)?;
-    if let Some(f) = args.at {
-        check_frequency(f, &part)?;
-    }
     let work = order.map_or(0.0, |(m, o)| estimators::work(m, part.samples.len(), o));
     part.warn_of(work, &args.input.input);
     let bar = show::waiting(format!("density of {} samples", part.samples.len()));
-    let density = with_stack(|| density(&part, args, order));
+    let density = density_named(&part, args, order, &args.input.input);
     bar.finish_and_clear();
-    let file = args.input.input.display();
-    let density = density.map_err(|why| Failure::Input(format!("{file}: {why}")))?;
+    let density = density?;
     if args.json {
         let text = serde_json::to_string(&density).map_err(std::io::Error::from)?;
         say!("{text}");
@@ -57,6 +55,29 @@ pub(super) fn main(args: &PsdArgs) -> Result<u8, Failure> {
         }
     }
     Ok(0)
+}
+
+/// What `rarma psd` says of a recording that has been read; `args.input` does not count.
+///
+/// # Errors
+/// As those of the command.
+pub fn psd_recording(recording: &Recording, args: &PsdArgs) -> Result<Density, Failure> {
+    let order = order(args)?;
+    let part = Part::of(recording, args.band, Detrend::Mean)?;
+    density_named(&part, args, order, &recording.path)
+}
+
+fn density_named(
+    part: &Part,
+    args: &PsdArgs,
+    order: Option<Fit>,
+    file: &Path,
+) -> Result<Density, Failure> {
+    if let Some(f) = args.at {
+        check_frequency(f, part)?;
+    }
+    with_stack(|| density(part, args, order))
+        .map_err(|why| Failure::Input(format!("{}: {why}", file.display())))
 }
 
 /// Estimator and order of a model.

@@ -69,29 +69,83 @@ pub(super) fn main(args: &SimulateArgs) -> Result<u8, Failure> {
 /// # Errors
 /// The file cannot be written.
 fn write(loaded: &Loaded, out: &Path) -> Result<(Whole, u64), Failure> {
-    let mut cut = VirtualCut::new(&loaded.scenario)
-        .map_err(|why| Failure::whole(&loaded.scenario.name, why, "correct the fields it names"))?;
-    let bits = loaded.scenario.microphone.converter.bits;
-    let container = if bits <= 16 { 16 } else { 24 };
+    let mut sound = Sound::new(loaded)?;
     let spec = hound::WavSpec {
         channels: 1,
-        sample_rate: cut.sample_rate_hz().round() as u32,
-        bits_per_sample: container,
+        sample_rate: sound.cut.sample_rate_hz().round() as u32,
+        bits_per_sample: sound.bits,
         sample_format: hound::SampleFormat::Int,
     };
     let mut file = WavFile::create(out, spec)?;
-    let bar = show::progress(cut.len() as u64, "cutting");
+    let bar = show::progress(sound.cut.len() as u64, "cutting");
     let mut count = 0;
-    for reading in cut.by_ref() {
-        // Codes of fewer bits are aligned to the left: full scale stays full scale.
-        file.sample(reading.code << (u32::from(container) - bits))?;
+    for sample in sound.by_ref() {
+        file.sample(sample)?;
         count += 1;
         if count % BAR_STEP == 0 {
             bar.set_position(count as u64);
         }
     }
     bar.finish_and_clear();
-    Ok((file.finish(None)?, cut.microphone().clipped()))
+    Ok((file.finish(None)?, sound.cut.microphone().clipped()))
+}
+
+/// A cut sample by sample, as a WAV file holds it.
+struct Sound {
+    cut: VirtualCut,
+    /// Bits of a sample in the file.
+    bits: u16,
+    /// Codes of fewer bits are aligned to the left: full scale stays full scale.
+    shift: u32,
+}
+
+impl Sound {
+    fn new(loaded: &Loaded) -> Result<Self, Failure> {
+        let refused =
+            |why| Failure::whole(&loaded.scenario.name, why, "correct the fields it names");
+        let code_bits = loaded.scenario.microphone.converter.bits;
+        let bits = if code_bits <= 16 { 16 } else { 24 };
+        Ok(Self {
+            cut: VirtualCut::new(&loaded.scenario).map_err(refused)?,
+            bits,
+            shift: u32::from(bits) - code_bits,
+        })
+    }
+}
+
+impl Iterator for Sound {
+    type Item = i32;
+
+    fn next(&mut self) -> Option<i32> {
+        Some(self.cut.next()?.code << self.shift)
+    }
+}
+
+/// What a recording of a scenario holds once it is read again.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Simulated {
+    /// Samples as parts of full scale.
+    pub samples: Vec<f64>,
+    /// Their rate, Hz.
+    pub fs: f64,
+    /// Samples at the end of the range.
+    pub clipped: u64,
+}
+
+/// Plays a scenario into memory: what [`crate::input::read`] gives of the file that
+/// `rarma simulate --out` writes.
+///
+/// # Errors
+/// The plant refuses the scenario.
+pub fn simulate(loaded: &Loaded) -> Result<Simulated, Failure> {
+    let mut sound = Sound::new(loaded)?;
+    let scale = 0.5 / f64::from(1u32 << (sound.bits - 2));
+    let samples = sound.by_ref().map(|x| f64::from(x) * scale).collect();
+    Ok(Simulated {
+        samples,
+        fs: sound.cut.sample_rate_hz().round(),
+        clipped: sound.cut.microphone().clipped(),
+    })
 }
 
 /// The truth for people.

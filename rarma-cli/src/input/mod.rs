@@ -114,6 +114,23 @@ pub struct Recording {
 }
 
 impl Recording {
+    /// Samples that are in memory already; `name` is what messages call them.
+    pub fn in_memory(name: &str, samples: Vec<f64>, fs: f64) -> Self {
+        Self {
+            path: name.into(),
+            format: "memory".to_owned(),
+            fs,
+            seconds: samples.len() as f64 / fs,
+            samples,
+            full_scale: None,
+            step: None,
+            channel: 0,
+            channels: 1,
+            gaps: Vec::new(),
+            notices: Vec::new(),
+        }
+    }
+
     /// The samples as the box sees them.
     pub fn samples_f32(&self) -> Vec<f32> {
         self.samples.iter().map(|&x| x as f32).collect()

@@ -14,7 +14,7 @@ const N: usize = 2 * MAX_ORDER;
 /// value. Storage is that of (30,30); the box uses the sized aliases instead.
 #[derive(Debug, Clone)]
 pub struct BoundedArma<T> {
-    inner: RecursiveArma<T, MAX_ORDER, MAX_ORDER, N>,
+    pub(super) inner: RecursiveArma<T, MAX_ORDER, MAX_ORDER, N>,
     p: usize,
     q: usize,
 }
@@ -52,6 +52,11 @@ impl<T: Real> BoundedArma<T> {
     /// Innovation variance σ².
     pub fn sigma2(&self) -> T {
         self.inner.sigma2()
+    }
+
+    /// The start-up is over.
+    pub fn ready(&self) -> bool {
+        self.inner.ready()
     }
 
     /// Covariance factors of θ = (a, c), and the factor that scales them.

@@ -17,6 +17,7 @@ mod restart;
 mod running_whiteness;
 mod schur;
 mod start;
+pub(crate) mod state;
 mod status;
 
 pub use crate::ud::UdFactors;
@@ -25,4 +26,5 @@ pub use config::{ConfigError, Gain, Gradient, RarmaConfig};
 pub use iv::{IvConfig, RecursiveIv};
 pub use rarma::{Arma21, Arma22, Arma43, Arma44, Arma65, Arma66, Arma87, Arma88, RecursiveArma};
 pub use running_whiteness::{RUNNING_LAGS, RunningWhiteness};
+pub use state::StateVisitor;
 pub use status::{Limit, Status, Step};

@@ -19,6 +19,7 @@ mod lattice;
 use super::config::{Gain, Gradient};
 use super::rarma::{RecursiveArma, SMALLEST_VARIANCE};
 use super::schur;
+use super::state::{self, StateVisitor};
 use super::status::{Status, Step};
 use crate::real::Real;
 
@@ -63,6 +64,16 @@ enum Stage {
     /// of its own keeps the choice of the gain out of the usual path.
     Steepest,
 }
+
+const STAGES: [Stage; 7] = [
+    Stage::Collect,
+    Stage::Lattice,
+    Stage::Rounds,
+    Stage::WarmUp,
+    Stage::CatchUp,
+    Stage::Over,
+    Stage::Steepest,
+];
 
 /// State of the start-up. About 5 kB in `f32`.
 #[derive(Debug, Clone)]
@@ -164,6 +175,49 @@ impl<T: Real, const N: usize> Start<T, N> {
         if let Some(place) = self.store.get_mut(i) {
             *place = x;
         }
+    }
+
+    /// Every number but what the settings say; false where they are no start-up's.
+    pub fn visit_state(&mut self, visitor: &mut impl StateVisitor<T>) -> bool {
+        let Self {
+            stage,
+            last: _,
+            store,
+            taken,
+            length,
+            place,
+            order,
+            wanted,
+            reflection,
+            cross,
+            square,
+            overwritten,
+            round,
+            next,
+        } = self;
+        state::all(store, visitor);
+        state::all(next, visitor);
+        state::all([reflection, cross, square, overwritten], visitor);
+        let mut code = *stage as u32;
+        visitor.count(&mut code);
+        for n in [taken, length, place, order, wanted] {
+            state::place(n, visitor);
+        }
+        visitor.count(round);
+        let known = STAGES.into_iter().find(|stage| *stage as u32 == code);
+        *stage = known.unwrap_or(Stage::Collect);
+        // Through the samples of the least squares, and at the end through all of them.
+        let pass = match *stage {
+            Stage::Collect | Stage::Lattice | Stage::Rounds | Stage::WarmUp => self.length,
+            Stage::CatchUp | Stage::Over | Stage::Steepest => ROOM,
+        };
+        known.is_some()
+            && self.taken <= ROOM
+            && self.length <= MOST
+            && self.place <= pass
+            && self.order <= LONGEST + 1
+            && self.wanted <= LONGEST
+            && self.round <= ROUNDS
     }
 
     /// The model is ready, whatever gives the gain.

@@ -6,6 +6,7 @@
 
 use super::aberth;
 use super::quadratic::{Quadratic, Residue, Roots};
+use crate::estimate::StateVisitor;
 use crate::real::Real;
 
 /// How far the factors are from the polynomial.
@@ -93,6 +94,29 @@ impl<T: Real, const P: usize> FactorTracker<T, P> {
             attempts: 0,
             unsettled: 0,
             sweeps: 0,
+        }
+    }
+
+    /// Shows every number of the state to `visitor`, as
+    /// [`RecursiveArma::visit_state`](crate::estimate::RecursiveArma::visit_state) does.
+    pub fn visit_state(&mut self, visitor: &mut impl StateVisitor<T>) {
+        let Self {
+            factors,
+            search,
+            searching,
+            attempts,
+            unsettled,
+            sweeps,
+        } = self;
+        for factor in factors.iter_mut().chain(search) {
+            visitor.number(&mut factor.u);
+            visitor.number(&mut factor.v);
+        }
+        let mut is_searching = u32::from(*searching);
+        visitor.count(&mut is_searching);
+        *searching = is_searching != 0;
+        for n in [attempts, unsettled, sweeps] {
+            visitor.count(n);
         }
     }
 

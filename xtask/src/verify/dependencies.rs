@@ -12,8 +12,9 @@ use super::spdx;
 use crate::{Failure, Result, Workspace, process};
 
 /// Manifests of the workspace and of the helpers that are workspaces of their own.
-pub const MANIFESTS: [&str; 3] = [
+pub const MANIFESTS: [&str; 4] = [
     "Cargo.toml",
+    super::python::MANIFEST,
     "tools/defmt-log/Cargo.toml",
     "tools/m4-cycles/Cargo.toml",
 ];

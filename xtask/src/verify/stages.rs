@@ -5,7 +5,7 @@ use std::process::Command;
 
 use super::cargo_deny::CargoDeny;
 use super::summary::Outcome;
-use super::{Request, commands, dependencies, fuzz};
+use super::{Request, commands, dependencies, fuzz, python};
 use crate::chip::figures::Figures;
 use crate::chip::model::Model;
 use crate::fuzz::{long_form, targets};
@@ -32,6 +32,7 @@ pub const ALL: &[(&str, Check)] = &[
     ("sound card", sound_card),
     ("doc tests", doc_tests),
     ("commands of the docs", commands::check),
+    ("python", python),
     ("fuzzing", fuzzing),
     ("long forms", long_forms),
     ("on-target tests", on_target_tests),
@@ -339,6 +340,10 @@ fn long_forms(bench: &mut Bench<'_>) -> Result<Outcome> {
 /// In release like the host tests, whose dependencies are built by now.
 fn doc_tests(bench: &mut Bench<'_>) -> Result<Outcome> {
     bench.pass_if(&mut bench.cargo(&["test", "--workspace", "--doc", "--release"]))
+}
+
+fn python(bench: &mut Bench<'_>) -> Result<Outcome> {
+    python::check(bench.workspace)
 }
 
 fn fuzzing(bench: &mut Bench<'_>) -> Result<Outcome> {

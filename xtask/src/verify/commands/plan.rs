@@ -82,9 +82,10 @@ impl Known {
             }
             "rarma" => Ok(ours(rest.to_vec())),
             "cargo" => self.cargo(rest),
+            "maturin" | "python3" => python(program, rest),
             tool if TOOLS.contains(&tool) => Ok(Plan::Tool(step.words.clone())),
             other => Err(format!(
-                "`{other}` is no program that the pages may use (known: rarma, cargo, {})",
+                "`{other}` is no program that the pages may use (known: rarma, cargo, maturin, python3, {})",
                 TOOLS.join(", ")
             )),
         }
@@ -168,6 +169,27 @@ fn ours(arguments: Vec<String>) -> Plan {
         // Not in the program that the other commands are run with.
         Some("listen") => Plan::Stage(SOUND_CARD),
         _ => Plan::Rarma(arguments),
+    }
+}
+
+/// What is done with the Python package.
+fn python(program: &str, words: &[String]) -> Result<Plan, String> {
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    match (program, &words[..]) {
+        ("maturin", ["build", ..]) | ("python3", ["-m", "venv" | "pip", ..]) => {
+            Ok(Plan::Stage("python"))
+        }
+        ("python3", [script, ..]) if script.starts_with("rarma-py/") => match *script {
+            "rarma-py/benchmark.py" => {
+                Ok(Plan::Not("it measures times, which wants a machine alone"))
+            }
+            "rarma-py/compare" => Ok(Plan::Not("it takes minutes, and packages of others")),
+            _ => Err(format!("`{script}`: no such script")),
+        },
+        _ => Err(format!(
+            "`{program} {}` is not known here",
+            words.first().unwrap_or(&"")
+        )),
     }
 }
 
@@ -289,6 +311,8 @@ mod tests {
                 "cargo run --release -p rarma-cli --features sound-card -- listen --rpm 1656",
                 "sound card",
             ),
+            ("maturin build --release", "python"),
+            ("python3 -m pip install rarma.whl", "python"),
         ] {
             assert_eq!(plan(text), Ok(Plan::Stage(stage)), "{text}");
             let there = crate::verify::stages::ALL
@@ -344,6 +368,9 @@ mod tests {
             "cargo fw flash",
             "cargo fw build no-board",
             "cargo xtask frobnicate",
+            "maturin publish",
+            "python3 -m http.server",
+            "python3 rarma-py/no-such.py",
         ] {
             assert!(plan(text).is_err(), "{text}: {:?}", plan(text));
         }
