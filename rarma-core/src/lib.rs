@@ -3,6 +3,7 @@
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
+pub mod act;
 pub mod advice;
 pub mod cers;
 pub mod condition;

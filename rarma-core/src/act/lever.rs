@@ -1,0 +1,51 @@
+//! One override on its way: whether what is reported is what was ordered.
+
+/// Two overrides this near are one: half a step of a controller that counts in percent, and
+/// what rounding adds. Half of it would take such steps for the operator's hand; twice of it
+/// would miss a step of his.
+pub(super) const SAME: f64 = 0.0065;
+
+/// What a report means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Seen {
+    /// On its way.
+    Toward,
+    /// Where it was ordered to.
+    There,
+    /// Somewhere it was not ordered to: somebody else has turned it.
+    Away,
+}
+
+/// An override that goes from one value to another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Lever {
+    start: f64,
+    pub(super) to: f64,
+    /// How near it has come.
+    nearest: f64,
+}
+
+impl Lever {
+    pub(super) fn new(start: f64, to: f64) -> Self {
+        Self {
+            start,
+            to,
+            nearest: (start - to).abs(),
+        }
+    }
+
+    /// Takes a report. What goes back, or past its end, was moved by somebody else.
+    pub(super) fn see(&mut self, value: f64) -> Seen {
+        let left = (value - self.to).abs();
+        let past = (value - self.to) * (self.start - self.to) < 0.0;
+        if left > self.nearest + SAME || (past && left > SAME) {
+            return Seen::Away;
+        }
+        self.nearest = self.nearest.min(left);
+        if left <= SAME {
+            Seen::There
+        } else {
+            Seen::Toward
+        }
+    }
+}
