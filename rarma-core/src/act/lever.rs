@@ -34,6 +34,18 @@ impl Lever {
         }
     }
 
+    /// Back to what was before, from a place between what is reported now and what was sent
+    /// last, which may still arrive.
+    pub(super) fn back(now: f64, sent: f64, before: f64) -> Self {
+        let (now_off, sent_off) = (now - before, sent - before);
+        let crosses = now_off * sent_off <= 0.0;
+        Self {
+            start: if crosses { before } else { now },
+            to: before,
+            nearest: now_off.abs().max(sent_off.abs()),
+        }
+    }
+
     /// Takes a report. What goes back, or past its end, was moved by somebody else.
     pub(super) fn see(&mut self, value: f64) -> Seen {
         let left = (value - self.to).abs();

@@ -20,7 +20,9 @@ const LISTEN_S: f64 = 1.2;
 const SLIP: f64 = 0.04;
 /// For so long, s: a spindle of some kW takes half a second for 20 %; twice that.
 const SLIP_S: f64 = 1.0;
-/// A try to give back ends after so long, s.
+/// A programmed speed that changes by less than this part is the same.
+const SAME_SPEED: f64 = 0.01;
+/// A try to give back ends so long after it should be there by the rate, s.
 const RETURN_S: f64 = 2.0;
 /// A proposal this near to what is in force is none.
 const LEAST_CHANGE: f64 = 2.0 * SAME;
@@ -30,6 +32,8 @@ struct Standing {
     /// In force before the first order; and the operator's own then.
     before: Overrides,
     operator: Option<f64>,
+    /// Programmed then, turns a second.
+    program_hz: f64,
     to: Overrides,
     /// Ordered so far on the way.
     sent: Overrides,
@@ -51,7 +55,7 @@ enum State {
         to: Overrides,
         spindle: Lever,
         feed: Option<Lever>,
-        since_s: f64,
+        until_s: f64,
         why: Why,
     },
     Barred,
@@ -201,6 +205,7 @@ impl Policy {
         self.state = State::Ordered(Standing {
             before,
             operator: standing.map_or(reading.operator, |s| s.operator),
+            program_hz: standing.map_or(reading.program_hz, |s| s.program_hz),
             to,
             sent: self.with_feed(before, now.spindle),
             spindle: Lever::new(now.spindle, spindle),
@@ -264,6 +269,10 @@ impl Policy {
         }
         if !reading.running {
             return self.given_up(&standing, t_s, Why::ProgramEnd);
+        }
+        let change_hz = (reading.program_hz - standing.program_hz).abs();
+        if change_hz > SAME_SPEED * standing.program_hz {
+            return self.given_up(&standing, t_s, Why::NewSpeed);
         }
         let spindle = standing.spindle.see(reading.overrides.spindle);
         let feed = standing
@@ -333,7 +342,7 @@ impl Policy {
             to,
             mut spindle,
             mut feed,
-            since_s,
+            until_s,
             why,
         } = self.state
         else {
@@ -344,7 +353,7 @@ impl Policy {
             let feed = feed.as_mut().map(|f| f.see(reading.overrides.feed));
             (spindle.see(reading.overrides.spindle), feed)
         });
-        let next = if why == Why::ProgramEnd {
+        let next = if matches!(why, Why::ProgramEnd | Why::NewSpeed) {
             State::Watching
         } else {
             State::Barred
@@ -353,7 +362,7 @@ impl Policy {
             Some((Seen::There, None | Some(Seen::There))) => {
                 self.state = next;
                 Step {
-                    order: give_back,
+                    order: None,
                     said: Some(Said::Returned),
                 }
             }
@@ -364,7 +373,7 @@ impl Policy {
                     said: Some(Said::Ends(Why::Operator)),
                 }
             }
-            _ if t_s - since_s > RETURN_S => {
+            _ if t_s > until_s => {
                 self.state = State::Barred;
                 let last = self.reading.map_or(f64::NAN, |(_, r)| r.overrides.spindle);
                 Step {
@@ -377,7 +386,7 @@ impl Policy {
                     to,
                     spindle,
                     feed,
-                    since_s,
+                    until_s,
                     why,
                 };
                 Step {
@@ -399,15 +408,13 @@ impl Policy {
     /// From now on what was before is ordered.
     fn give_up(&mut self, standing: &Standing, t_s: f64, why: Why) {
         let to = standing.before;
-        let reading = self.reading.map(|(_, reading)| reading);
-        // Where it is on its way is not known any better; what was ordered may still arrive.
-        let from = |before: f64, ordered: f64| Lever::new(ordered, before);
-        let feed = reading.and_then(|r| self.feed_lever(&r, to.feed));
+        let now = self.reading.map_or(standing.sent, |(_, r)| r.overrides);
+        let watched = standing.feed.is_some();
         self.state = State::Returning {
             to,
-            spindle: from(to.spindle, standing.to.spindle),
-            feed: feed.map(|_| from(to.feed, standing.to.feed)),
-            since_s: t_s,
+            spindle: Lever::back(now.spindle, standing.sent.spindle, to.spindle),
+            feed: watched.then(|| Lever::back(now.feed, standing.sent.feed, to.feed)),
+            until_s: t_s + RETURN_S + (now.spindle - to.spindle).abs() / self.config.rate_per_s,
             why,
         };
         self.said = Some(Said::Ends(why));

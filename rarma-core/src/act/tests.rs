@@ -372,6 +372,29 @@ fn chatter_at_every_speed_is_given_back_after_the_tries() {
 }
 
 #[test]
+fn an_order_that_is_given_back_on_its_way_is_not_taken_for_the_operators_hand() {
+    for (first, second) in [(0.88, 0.94), (0.88, 1.12), (1.1, 0.85)] {
+        for part_s in [0.02, 0.1, 0.2, 0.3, 0.4] {
+            let mut play = Play::new(true);
+            (play.chatters, play.proposes) = (true, vec![first]);
+            play.go(1.0).chatters = false;
+            play.go(0.5).proposes = vec![second];
+            play.chatters = true;
+            play.go(part_s);
+            play.policy.end(play.t_s);
+            play.chatters = false;
+            play.go(1.0).ends(Why::Ended);
+            assert!(
+                !play.said.contains(&Said::Ends(Why::Operator)),
+                "{:?}",
+                play.said
+            );
+            assert_eq!(play.controller.overrides, both(1.0));
+        }
+    }
+}
+
+#[test]
 fn the_end_of_the_program_gives_back_and_the_next_one_acts() {
     let mut play = Play::holding();
     play.controller.running = false;
@@ -379,6 +402,17 @@ fn the_end_of_the_program_gives_back_and_the_next_one_acts() {
     assert_eq!(play.controller.overrides, both(1.0));
     assert_eq!(play.said.last(), Some(&Said::Returned));
     play.next_program_acts();
+}
+
+#[test]
+fn another_programmed_speed_gives_back_and_is_acted_on_anew() {
+    let mut play = Play::holding();
+    play.controller.program_hz = 120.0;
+    play.go(0.5).ends(Why::NewSpeed);
+    assert_eq!(play.controller.overrides, both(1.0));
+    play.chatters = true;
+    play.go(0.5);
+    assert_eq!(play.controller.overrides, both(0.92));
 }
 
 #[test]

@@ -67,6 +67,8 @@ pub enum Why {
     Operator,
     /// The program has ended.
     ProgramEnd,
+    /// The program asks for another speed than the one that the order was made for.
+    NewSpeed,
     /// Emergency stop, or an alarm of the controller.
     Stopped,
     /// The controller does not report any more.
