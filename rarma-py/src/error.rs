@@ -11,7 +11,9 @@ pub fn exception(failure: Failure) -> PyErr {
     let text = in_python(&failure.to_string());
     match failure {
         Failure::Usage(_) | Failure::Input(_) => PyValueError::new_err(text),
-        Failure::System(_) | Failure::Closed => PyOSError::new_err(text),
+        Failure::System(_) | Failure::NoSound(_) | Failure::Gone(_) | Failure::Closed => {
+            PyOSError::new_err(text)
+        }
     }
 }
 
