@@ -107,26 +107,36 @@ trait Model: Send + Sync {
     fn visit(&mut self, visitor: &mut impl StateVisitor<f64>) -> bool;
 }
 
+/// What both answer under the same name.
+macro_rules! passed_on {
+    () => {
+        #[inline(always)]
+        fn update(&mut self, y: f64) -> Step<f64> {
+            self.update(y)
+        }
+        fn finish_start(&mut self) {
+            self.finish_start();
+        }
+        fn a(&self) -> &[f64] {
+            self.a()
+        }
+        fn c(&self) -> &[f64] {
+            self.c()
+        }
+        fn sigma2(&self) -> f64 {
+            self.sigma2()
+        }
+        fn is_ready(&self) -> bool {
+            self.ready()
+        }
+        fn visit(&mut self, visitor: &mut impl StateVisitor<f64>) -> bool {
+            self.visit_state(visitor)
+        }
+    };
+}
+
 impl<const P: usize, const Q: usize, const N: usize> Model for RecursiveArma<f64, P, Q, N> {
-    #[inline(always)]
-    fn update(&mut self, y: f64) -> Step<f64> {
-        self.update(y)
-    }
-    fn finish_start(&mut self) {
-        self.finish_start();
-    }
-    fn a(&self) -> &[f64] {
-        self.a()
-    }
-    fn c(&self) -> &[f64] {
-        self.c()
-    }
-    fn sigma2(&self) -> f64 {
-        self.sigma2()
-    }
-    fn is_ready(&self) -> bool {
-        self.ready()
-    }
+    passed_on!();
     fn scale(&self) -> f64 {
         self.covariance_factor()
     }
@@ -141,30 +151,10 @@ impl<const P: usize, const Q: usize, const N: usize> Model for RecursiveArma<f64
     fn element(&self, row: usize, column: usize) -> f64 {
         self.covariance().element(N, row, column)
     }
-    fn visit(&mut self, visitor: &mut impl StateVisitor<f64>) -> bool {
-        self.visit_state(visitor)
-    }
 }
 
 impl Model for BoundedArma<f64> {
-    fn update(&mut self, y: f64) -> Step<f64> {
-        self.update(y)
-    }
-    fn finish_start(&mut self) {
-        self.finish_start();
-    }
-    fn a(&self) -> &[f64] {
-        self.a()
-    }
-    fn c(&self) -> &[f64] {
-        self.c()
-    }
-    fn sigma2(&self) -> f64 {
-        self.sigma2()
-    }
-    fn is_ready(&self) -> bool {
-        self.ready()
-    }
+    passed_on!();
     fn scale(&self) -> f64 {
         self.covariance().1
     }
@@ -180,9 +170,6 @@ impl Model for BoundedArma<f64> {
     fn element(&self, row: usize, column: usize) -> f64 {
         let n = self.a().len() + self.c().len();
         self.covariance().0.element(n, row, column)
-    }
-    fn visit(&mut self, visitor: &mut impl StateVisitor<f64>) -> bool {
-        self.visit_state(visitor)
     }
 }
 
