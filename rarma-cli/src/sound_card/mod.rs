@@ -1,6 +1,6 @@
 //! A sound card as the source of a recording that has no end.
 //!
-//! * [`Tap`](ring::Tap), [`Drain`](ring::Drain): from the audio thread to the monitor's, in bounded memory.
+//! * [`Tap`], [`Drain`]: from the audio thread to the monitor's, in bounded memory.
 //! * [`Level`]: whether there is anything to be heard.
 //! * [`choose`]: rate, channels and format out of what a card offers.
 //! * [`Live`]: waits for samples, notices what goes wrong, records.
