@@ -3,7 +3,7 @@
 use crate::board::{Block, Board, BoardError, BoardErrorKind, Clock, Parts, SampleSource};
 use crate::link::FrameSender;
 use crate::monitor::MonitorDuty;
-use rarma_core::wire::{MonitorJob, Refusal, Telemetry};
+use rarma_box::wire::{MonitorJob, Refusal, Telemetry};
 
 /// Samples taken from the source at a time.
 pub const BLOCK_SAMPLES: usize = 256;

@@ -5,12 +5,12 @@
 
 use crate::stand::StandDuty;
 use heapless::Deque;
-use rarma_core::guard::{Denial, RigState};
-use rarma_core::ldbb::{
+use rarma_box::guard::{Denial, RigState};
+use rarma_box::wire::{CIRCLE_POINTS, CircleJob, CircleMessage, CirclePoints, StandJob};
+use rarma_rigs::ldbb::{
     BarSet, Event, Procedure, RunDone, Seen, Sense, Stage, StiffnessMap, Trace, ValveConfig,
     ValveLoop,
 };
-use rarma_core::wire::{CIRCLE_POINTS, CircleJob, CircleMessage, CirclePoints, StandJob};
 
 /// Directions the box keeps: 2° each.
 pub const BINS: usize = 180;

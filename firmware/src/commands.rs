@@ -8,15 +8,15 @@ use crate::control::{Ruling, Said};
 use crate::rig::RigPlan;
 use crate::sensor_box::SensorBox;
 use crate::store::{Kept, StoreError};
-use rarma_core::cers::ExcitationJob;
-use rarma_core::guard::{Denial, FaultCode, Mode, Stage};
-use rarma_core::settings::{
+use rarma_box::guard::{Denial, FaultCode, Mode, Stage};
+use rarma_box::settings::{
     MONITOR_SPINDLE, SCHEMA_VERSION, SETTINGS, SettingError, SettingValue, find,
 };
-use rarma_core::wire::{
+use rarma_box::wire::{
     Answer, Command, Deframer, FrameError, Handed, Head, Identity, MAX_FRAME, NOBODY, Opened,
     Order, Refused, Reply, Seal, SettingMessage, Telemetry, VERSION, open,
 };
+use rarma_rigs::cers::ExcitationJob;
 
 /// Bytes taken in one pass, and commands carried out in one.
 const PASS_BYTES: usize = 128;

@@ -6,8 +6,8 @@
 
 use crate::board::{BoxBoard, Origin};
 use crate::sensor_box::SensorBox;
-use rarma_core::settings::LINK_KEY;
-use rarma_core::wire::{
+use rarma_box::settings::LINK_KEY;
+use rarma_box::wire::{
     Answer, Arrival, Command, ControlMessage, Handed, NOBODY, Refused, Seal, Telemetry, Window,
 };
 

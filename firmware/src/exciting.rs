@@ -3,8 +3,8 @@
 //! Rate: once a millisecond. The signal itself runs in the current loop.
 
 use crate::current_loop::CoilReport;
-use rarma_core::cers::{ExcitationJob, LineCollector, OutOfReach, Reach, SensorPath, Source};
-use rarma_core::wire::{EndMessage, ExcitationMessage, LineMessage};
+use rarma_box::wire::{EndMessage, ExcitationMessage, LineMessage};
+use rarma_rigs::cers::{ExcitationJob, LineCollector, OutOfReach, Reach, SensorPath, Source};
 
 /// A signal, from the command to its end.
 #[derive(Debug, Default)]

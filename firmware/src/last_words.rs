@@ -1,7 +1,7 @@
 //! What a panic or an exception does: outputs first, then the record, then nothing.
 
 use crate::board::Emergency;
-use rarma_core::guard::{FaultCode, FaultRecord};
+use rarma_box::guard::{FaultCode, FaultRecord};
 
 /// Drops the outputs, then keeps the fault for the host to read after the reset. A board's
 /// panic and exception handlers call this first, log after it, and then reset.

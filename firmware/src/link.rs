@@ -1,7 +1,7 @@
 //! Frames out: numbers them, writes them, counts those the link did not take.
 
 use embedded_io::Write;
-use rarma_core::wire::{MAX_FRAME, Telemetry, encode};
+use rarma_box::wire::{MAX_FRAME, Telemetry, encode};
 
 /// The session of a job over a recording: there is one run and one stream.
 pub const RECORDING_SESSION: u32 = 1;

@@ -7,16 +7,16 @@ use crate::board::{BoxBoard, Pulse};
 use crate::microphones::Microphones;
 use crate::monitor::MonitorDuty;
 use crate::tell::Teller;
-use rarma_core::Order;
-use rarma_core::condition::{Band, Fault, Health};
-use rarma_core::decide::{Reason, State};
-use rarma_core::guard::{FaultCode, InARow};
-use rarma_core::monitor::{MonitorConfig, MonitorError};
-use rarma_core::settings::{
+use rarma_box::guard::{FaultCode, InARow};
+use rarma_box::settings::{
     MONITOR_BAND_HIGH, MONITOR_BAND_LOW, MONITOR_MEMORY, MONITOR_MICROPHONES, MONITOR_ORDER,
     MONITOR_SPINDLE, MONITOR_TEETH, MONITOR_THRESHOLD, Settings, TACHO_PULSES, TELL_VERDICT,
 };
-use rarma_core::wire::{MonitorJob, Raw, Telemetry, Verdict};
+use rarma_box::wire::{MonitorJob, Raw, Telemetry, Verdict};
+use rarma_core::Order;
+use rarma_core::condition::{Band, Fault, Health};
+use rarma_core::decide::{Reason, State};
+use rarma_core::monitor::{MonitorConfig, MonitorError};
 
 /// Samples taken at a time: those of a millisecond, and some.
 const BLOCK: usize = 64;

@@ -3,7 +3,7 @@
 //! One model at a time: the memory has no room for a second monitor, nor the core the time.
 //! Two sensors in one verdict are the PC's (`rarma monitor --second`).
 
-use rarma_core::guard::FaultCode;
+use rarma_box::guard::FaultCode;
 
 /// The choice, and who has been dropped.
 #[derive(Debug, Clone, Copy, Default)]

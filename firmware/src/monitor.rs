@@ -1,10 +1,10 @@
 //! The monitor duty: samples in, telemetry out. Fast path; once a sample.
 
 use crate::notices::Notices;
+use rarma_box::wire::{AlarmMessage, Finished, HistogramMessage, MonitorJob, Telemetry, Verdict};
 use rarma_core::condition::{Fault, HealthCounts};
 use rarma_core::decide::{AlarmEvent, Histogram};
 use rarma_core::monitor::{Monitor, MonitorError, Report};
-use rarma_core::wire::{AlarmMessage, Finished, HistogramMessage, MonitorJob, Telemetry, Verdict};
 
 /// The distribution of the followed mode's amplitude is told this often, s.
 const HISTOGRAM_S: f64 = 1.0;

@@ -1,8 +1,8 @@
 //! What the host should know of the spindle, said once and not at every decision.
 
+use rarma_box::wire::{Notice, NoticeMessage, Telemetry};
 use rarma_core::condition::TachoFault;
 use rarma_core::monitor::Report;
-use rarma_core::wire::{Notice, NoticeMessage, Telemetry};
 
 /// A fault of the tacho that comes back within this time is the same one, s. A tacho
 /// that has not had its first pulse is silent for that long at most.

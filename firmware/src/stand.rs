@@ -3,11 +3,11 @@
 //! Rate: once a millisecond, from the ball bar's duty ([`crate::bar`]).
 
 use heapless::Vec;
-use rarma_core::ldbb::{
+use rarma_box::wire::{CircleMessage, JOB_PRESSURES, StandJob};
+use rarma_rigs::ldbb::{
     Asked, BarSet, Held, LoadCycle, Seen, Standing, StandingConfig, StandingEvent, StiffnessMap,
     Trace,
 };
-use rarma_core::wire::{CircleMessage, JOB_PRESSURES, StandJob};
 
 /// Force, N, and length change, m, in the plane.
 type Way = Vec<(f32, f32), JOB_PRESSURES>;

@@ -4,8 +4,8 @@
 use crate::bar::BarDuty;
 use crate::board::BoxBoard;
 use crate::exciting::Exciting;
-use rarma_core::guard::{FaultCode, FaultRecord, Mode, Severity};
-use rarma_core::wire::{FaultMessage, MAX_FRAME, Telemetry, encode};
+use rarma_box::guard::{FaultCode, FaultRecord, Mode, Severity};
+use rarma_box::wire::{FaultMessage, MAX_FRAME, Telemetry, encode};
 
 /// The same fault at the same place is told again after this long, µs.
 const SAME_FAULT_US: u64 = 1_000_000;

@@ -31,10 +31,10 @@ mod tests {
     use core::hint::black_box;
 
     use defmt::{assert, assert_eq};
+    use rarma_box::wire::{Deframer, MAX_FRAME, Telemetry, Verdict, encode};
     use rarma_core::decide::{AlarmEvent, Reason, State};
     use rarma_core::estimate::{Arma87, RarmaConfig};
     use rarma_core::monitor::{Monitor, MonitorConfig};
-    use rarma_core::wire::{Deframer, MAX_FRAME, Telemetry, Verdict, encode};
     use rarma_core::{Order, Real};
 
     /// Uniform noise of −1 to 1, the same on every machine.

@@ -9,7 +9,7 @@ use crate::plant::cers::{COILS, CoilConfig, ExciterConfig, ExciterPlant};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use rarma_core::cers::{
+use rarma_rigs::cers::{
     AxisForce, Calibration, CalibrationConfig, CersError, ForcePair, Geometry, Regulator, Tuning,
     calibrate,
 };

@@ -6,9 +6,9 @@
 use divan::Bencher;
 use host_tests::files::Folder;
 use host_tests::{rarma, signal};
+use rarma_box::wire::MonitorJob;
 use rarma_cli::commands;
 use rarma_core::monitor::MonitorConfig;
-use rarma_core::wire::MonitorJob;
 use std::sync::LazyLock;
 use std::time::Instant;
 

@@ -2,11 +2,9 @@
 //! host says in it, and what came back.
 
 use crate::resources::board_image_or_skip;
-use rarma_core::guard::Mode;
-use rarma_core::settings::SettingValue;
-use rarma_core::wire::{
-    Command as Word, Deframer, Head, MAX_FRAME, Order, Telemetry, encode_order,
-};
+use rarma_box::guard::Mode;
+use rarma_box::settings::SettingValue;
+use rarma_box::wire::{Command as Word, Deframer, Head, MAX_FRAME, Order, Telemetry, encode_order};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::process::Command;

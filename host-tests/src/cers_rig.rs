@@ -5,10 +5,10 @@ use crate::rig::{answer, quiet, set};
 use hal_sim::exciter::calibrated;
 use hal_sim::plant::cers::ExciterConfig;
 use hal_sim::rig::{FaultEvent, Heard, RigConfig, RigSetUp, SimBox, SimRig};
-use rarma_core::cers::{Direction, ExcitationJob, Magnet, Signal};
-use rarma_core::guard::{Mode, Stage};
-use rarma_core::settings::SettingValue;
-use rarma_core::wire::{Answer, Command, EndMessage, ExcitationMessage, LineMessage, Telemetry};
+use rarma_box::guard::{Mode, Stage};
+use rarma_box::settings::SettingValue;
+use rarma_box::wire::{Answer, Command, EndMessage, ExcitationMessage, LineMessage, Telemetry};
+use rarma_rigs::cers::{Direction, ExcitationJob, Magnet, Signal};
 
 /// A stepped sine over the band of the modes.
 pub const JOB: ExcitationJob = ExcitationJob {

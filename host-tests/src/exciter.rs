@@ -3,11 +3,11 @@
 
 use hal_sim::exciter::{Measurement, Record, measure};
 use hal_sim::plant::cers::ExciterConfig;
-use rarma_core::cers::{
+use rarma_rigs::cers::{
     AxisForce, Dodge, Eddy, Frf, FrfLine, Geometry, LineSet, Lines, Path, Phases, RealFft,
     RegulatorConfig, Window, lower_crest, multisine, remove_orders,
 };
-use rarma_core::els::Complex;
+use rarma_rigs::els::Complex;
 
 /// Samples of a block of the record, at 20 kHz: 4.88 Hz.
 pub const BLOCK: usize = 4096;

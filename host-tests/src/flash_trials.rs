@@ -8,8 +8,8 @@ use hal_sim::rig::{SECTOR, SimFlash, WORD, WORD_BITS};
 use rand::seq::IndexedRandom;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rarma_core::settings::{COUNT, Kind, SETTINGS, Setting, SettingValue, Settings};
-use rarma_core::wire::LinkKey;
+use rarma_box::settings::{COUNT, Kind, SETTINGS, Setting, SettingValue, Settings};
+use rarma_box::wire::LinkKey;
 
 /// What a trial needs of a store.
 pub trait Subject {

@@ -4,7 +4,7 @@
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 use embedded_storage_async::nor_flash as asynchronous;
 use hal_sim::rig::{FlashError, SECTOR, SimFlash, WORD};
-use rarma_core::settings::{SETTINGS, Setting, SettingValue, Settings, from_record, to_record};
+use rarma_box::settings::{SETTINGS, Setting, SettingValue, Settings, from_record, to_record};
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
 use std::future::Future;

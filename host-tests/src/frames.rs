@@ -1,6 +1,6 @@
 //! Frames as a box sends them, made by hand: records of any length, restart and gap.
 
-use rarma_core::wire::{MAX_FRAME, RAW_SAMPLES, Raw, Telemetry, encode};
+use rarma_box::wire::{MAX_FRAME, RAW_SAMPLES, Raw, Telemetry, encode};
 
 /// A run of a box that sends frames.
 #[derive(Debug, Clone, Copy)]

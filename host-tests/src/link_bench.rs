@@ -4,8 +4,8 @@
 use crate::rig::quiet;
 use firmware::board::Origin;
 use hal_sim::rig::{RigSetUp, SimBox, SimHost, SimRig};
-use rarma_core::guard::Mode;
-use rarma_core::wire::{Answer, Command, LinkKey, Telemetry};
+use rarma_box::guard::Mode;
+use rarma_box::wire::{Answer, Command, LinkKey, Telemetry};
 
 /// The key of the tests.
 pub const KEY: LinkKey = LinkKey(*b"thirty-two bytes that nobody saw");
@@ -45,8 +45,8 @@ impl Bench {
         let mut all = SimBox::new(rig);
         all.send(&Command::Start(Mode::Cers));
         if let Some(key) = key {
-            let setting = rarma_core::settings::LINK_KEY.number();
-            let value = rarma_core::settings::SettingValue::Key(key);
+            let setting = rarma_box::settings::LINK_KEY.number();
+            let value = rarma_box::settings::SettingValue::Key(key);
             all.send(&Command::Set { setting, value });
             all.host.speaker.set_key(Some(key));
             all.send(&Command::Save { setting });

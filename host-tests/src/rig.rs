@@ -4,9 +4,9 @@ use hal_sim::rig::{FaultEvent, FaultKind, RigConfig, RigSetUp, SimBox, SimRig};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use rarma_core::guard::{FaultRecord, Mode, Severity, Stage};
-use rarma_core::settings::{SettingValue, find};
-use rarma_core::wire::{Answer, Command, Started, Telemetry};
+use rarma_box::guard::{FaultRecord, Mode, Severity, Stage};
+use rarma_box::settings::{SettingValue, find};
+use rarma_box::wire::{Answer, Command, Started, Telemetry};
 
 /// When the fault comes, µs of the world.
 pub const FAULT_US: u64 = 1_200_000;
@@ -22,7 +22,7 @@ pub fn quiet(seed: u64) -> impl Iterator<Item = f32> + 'static {
 
 /// The number of a setting.
 pub fn number(name: &str) -> u16 {
-    let setting = rarma_core::settings::SETTINGS
+    let setting = rarma_box::settings::SETTINGS
         .iter()
         .find(|s| s.name == name);
     setting

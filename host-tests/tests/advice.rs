@@ -10,9 +10,9 @@ use host_tests::page;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
+use rarma_box::wire::MonitorJob;
 use rarma_cli::commands::listen;
 use rarma_core::monitor::MonitorConfig;
-use rarma_core::wire::MonitorJob;
 use rayon::prelude::*;
 use std::fmt::Write as _;
 

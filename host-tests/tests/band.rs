@@ -10,7 +10,7 @@ use host_tests::process::Ended;
 use host_tests::resources::{Known, shared_or_skip};
 use host_tests::statistics::rms;
 use host_tests::{rarma, signal};
-use rarma_core::estimate::batch::{Pem, PemConfig, mean};
+use rarma_fit::{Pem, PemConfig, mean};
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read};
 use std::os::unix::process::ExitStatusExt;

@@ -10,7 +10,7 @@ use host_tests::bars::holds;
 use host_tests::bound::{self, model_of};
 use host_tests::modal_case::{Case, ERROR_OF_40, F, FS, MOST_PARAMETERS, SAMPLES};
 use host_tests::statistics::{quantile, rms};
-use rarma_core::estimate::batch::{Bound, Pem, PemConfig};
+use rarma_fit::{Bound, Pem, PemConfig};
 use std::time::Instant;
 
 const SEEDS: u64 = 40;

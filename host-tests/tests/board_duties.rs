@@ -6,13 +6,13 @@ use host_tests::bars::{all_judged, holds};
 use host_tests::board_model::{Host, NOBODYS, Seen, made_by_another_compiler, run};
 use host_tests::cers_rig::JOB;
 use host_tests::page;
-use rarma_core::cers::{ExcitationJob, Signal};
-use rarma_core::guard::Mode;
-use rarma_core::settings::{
+use rarma_box::guard::Mode;
+use rarma_box::settings::{
     CERS_GAIN_XM, CERS_GAIN_XP, CERS_GAIN_YM, CERS_GAIN_YP, CERS_ORDER, MONITOR_THRESHOLD,
     SettingValue,
 };
-use rarma_core::wire::{Answer, Command as Word, ExcitationMessage, Telemetry};
+use rarma_box::wire::{Answer, Command as Word, ExcitationMessage, Telemetry};
+use rarma_rigs::cers::{ExcitationJob, Signal};
 use serde_json::json;
 use std::fmt::Write as _;
 use xtask::chip::figures::sound;

@@ -5,9 +5,9 @@
 use firmware::boards::nucleo_g474re::scaling;
 use firmware::monitor::MonitorDuty;
 use host_tests::board_model::{Host, SESSION, Seen, run};
-use rarma_core::guard::{FaultCode, Severity};
-use rarma_core::settings::Settings;
-use rarma_core::wire::{FaultMessage, Head, Identity, Started, Telemetry};
+use rarma_box::guard::{FaultCode, Severity};
+use rarma_box::settings::Settings;
+use rarma_box::wire::{FaultMessage, Head, Identity, Started, Telemetry};
 use serde_json::{Value, json};
 
 /// Noise through a resonance at 900 Hz that loses its damping at `onset_s`, as codes.

@@ -6,8 +6,8 @@
 
 use firmware::boards::nucleo_g474re::wiring::PINS;
 use host_tests::board_model::{Host, NOBODYS, mutants, refused, run};
-use rarma_core::guard::Mode;
-use rarma_core::wire::Command as Word;
+use rarma_box::guard::Mode;
+use rarma_box::wire::Command as Word;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use xtask::page::Part;

@@ -5,10 +5,10 @@
 use host_tests::bars::{all_judged, holds};
 use host_tests::board_model::{Host, NOBODYS, Seen, made_by_another_compiler, run};
 use host_tests::page;
+use rarma_box::guard::Mode;
+use rarma_box::settings::{MONITOR_ORDER, MONITOR_SPINDLE, SettingValue};
+use rarma_box::wire::Command as Word;
 use rarma_core::Order;
-use rarma_core::guard::Mode;
-use rarma_core::settings::{MONITOR_ORDER, MONITOR_SPINDLE, SettingValue};
-use rarma_core::wire::Command as Word;
 use serde_json::json;
 use std::fmt::Write as _;
 use xtask::chip::figures;

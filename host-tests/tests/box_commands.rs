@@ -305,7 +305,7 @@ fn connect_arms_sets_reads_and_records_over_a_socket() {
         page.lines()
             .any(|l| l.starts_with("link.key") && l.contains(" set ") && !l.contains("0011"))
     );
-    assert_eq!(page.lines().count(), rarma_core::settings::SETTINGS.len());
+    assert_eq!(page.lines().count(), rarma_box::settings::SETTINGS.len());
 }
 
 /// Two programs on one box: the second looks on until it takes over, and both are told; the

@@ -5,13 +5,13 @@ use firmware::{App, Outcome};
 use hal_sim::{Microphone, MicrophoneFault, SimBoard};
 use host_tests::files::Folder;
 use host_tests::signal;
+use rarma_box::wire::{Deframer, Finished, MonitorJob, Refusal, Telemetry, Verdict};
 use rarma_cli::collect::WholeRun;
 use rarma_cli::commands;
 use rarma_cli::record::Run;
 use rarma_core::condition::Fault;
 use rarma_core::decide::{Reason, State};
 use rarma_core::monitor::MonitorConfig;
-use rarma_core::wire::{Deframer, Finished, MonitorJob, Refusal, Telemetry, Verdict};
 
 const FS: f64 = 8000.0;
 

@@ -5,9 +5,9 @@
 
 use hal_sim::rig::{FaultKind as K, RigSetUp};
 use host_tests::rig::{answer, broken, press_again, set, working};
-use rarma_core::guard::{Denial, FaultCode as C, Mode, Severity, Stage};
-use rarma_core::settings::SettingValue;
-use rarma_core::wire::{Answer, Command, Refused, Started, Telemetry};
+use rarma_box::guard::{Denial, FaultCode as C, Mode, Severity, Stage};
+use rarma_box::settings::SettingValue;
+use rarma_box::wire::{Answer, Command, Refused, Started, Telemetry};
 
 /// The first trip that was told.
 fn trip(all: &hal_sim::SimBox) -> Option<(C, u8, u64)> {

@@ -8,10 +8,10 @@ use hal_sim::rig::{FaultEvent, FaultKind};
 use host_tests::cers_rig::{
     JOB, ask, calibrate, cers, ended, exciting, lines, magnets, real, run_until_ended,
 };
-use rarma_core::cers::{Direction, ExcitationJob, JobField, OutOfReach, Signal};
-use rarma_core::els::{Complex, Reading, agreed, fit_modes};
-use rarma_core::guard::{FaultCode, Mode, Stage};
-use rarma_core::wire::{Answer, Command, Refused};
+use rarma_box::guard::{FaultCode, Mode, Stage};
+use rarma_box::wire::{Answer, Command, Refused};
+use rarma_rigs::cers::{Direction, ExcitationJob, JobField, OutOfReach, Signal};
+use rarma_rigs::els::{Complex, Reading, agreed, fit_modes};
 
 #[test]
 fn stepped_sine_on_the_box_finds_the_modes() {

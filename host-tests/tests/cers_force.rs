@@ -4,8 +4,8 @@
 
 use hal_sim::exciter::{Record, calibrated};
 use host_tests::exciter::{BLOCK, Drive, drawing, drive, lag, plant, record};
-use rarma_core::cers::{AxisForce, Eddy, LineSet, Magnet, RealFft};
-use rarma_core::els::Complex;
+use rarma_rigs::cers::{AxisForce, Eddy, LineSet, Magnet, RealFft};
+use rarma_rigs::els::Complex;
 
 /// Spectrum of one period, averaged over those of a record.
 fn spectrum(x: &[f64]) -> RealFft<f64, { BLOCK / 2 }> {

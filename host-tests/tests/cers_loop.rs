@@ -4,8 +4,8 @@
 //! `cargo test --release -p host-tests --test cers_loop -- --nocapture`
 
 use hal_sim::plant::cers::{COILS, CoilConfig, ExciterConfig, ExciterPlant};
-use rarma_core::cers::{GapSchedule, Geometry, Regulator, RegulatorConfig, Tuning};
-use rarma_core::els::Complex;
+use rarma_rigs::cers::{GapSchedule, Geometry, Regulator, RegulatorConfig, Tuning};
+use rarma_rigs::els::Complex;
 use std::f64::consts::TAU;
 
 /// What the firmware is told about the magnets: right, but for eddy currents and knee.

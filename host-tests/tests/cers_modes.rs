@@ -9,10 +9,10 @@ use host_tests::bars::holds;
 use host_tests::exciter::{
     BLOCK, Drive, Line, RATE_HZ, drawing, drive, drive_to, how, lag, plant, record, response,
 };
-use rarma_core::cers::{LineSet, crest_factor};
-use rarma_core::els::{AgreedMode, Complex, Reading, agreed, fit_modes};
-use rarma_core::estimate::batch::{ArxOrder, arx_instruments};
 use rarma_core::spectrum::{FactorTracker, modal};
+use rarma_fit::{ArxOrder, arx_instruments};
+use rarma_rigs::cers::{LineSet, crest_factor};
+use rarma_rigs::els::{AgreedMode, Complex, Reading, agreed, fit_modes};
 use rayon::prelude::*;
 
 const SEEDS: u64 = 20;

@@ -5,7 +5,7 @@
 
 use hal_sim::rig::{FaultEvent, FaultKind};
 use host_tests::cers_rig::exciting;
-use rarma_core::guard::{FaultCode, Stage};
+use rarma_box::guard::{FaultCode, Stage};
 
 #[test]
 fn every_trip_ends_the_force() {

@@ -5,7 +5,7 @@
 
 use hal_sim::plant::modal::Mode;
 use proptest::prelude::*;
-use rarma_core::els::{Complex, CutConfig, Limit, PolarPoint, Receptance, extremes, polar_limits};
+use rarma_rigs::els::{Complex, CutConfig, Limit, PolarPoint, Receptance, extremes, polar_limits};
 use std::f64::consts::TAU;
 
 /// Two modes at any angle to u: frequency, damping, stiffness, direction.

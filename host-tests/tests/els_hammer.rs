@@ -5,7 +5,7 @@
 
 use host_tests::resources::{Known, shared_or_skip};
 use rarma_cli::els::hammer::{Blow, Sensor, modes_in_frequency};
-use rarma_core::els::AgreedMode;
+use rarma_rigs::els::AgreedMode;
 
 const BAND_HZ: (f64, f64) = (500.0, 3000.0);
 

@@ -6,7 +6,7 @@
 use host_tests::files::Folder;
 use host_tests::process::{Ended, Rarma};
 use host_tests::rarma;
-use rarma_core::els::{Complex, Receptance};
+use rarma_rigs::els::{Complex, Receptance};
 use std::path::Path;
 
 fn program() -> Rarma {

@@ -6,8 +6,8 @@
 
 use hal_sim::rig::{FaultKind as K, SimBox};
 use host_tests::rig::{Outcome, answer, broken};
-use rarma_core::guard::{FaultCode as C, Mode, Severity, Stage};
-use rarma_core::wire::{Answer, Command, Started};
+use rarma_box::guard::{FaultCode as C, Mode, Severity, Stage};
+use rarma_box::wire::{Answer, Command, Started};
 use std::fmt::Write as _;
 use std::path::Path;
 

@@ -10,9 +10,9 @@ use host_tests::bound::model_of;
 use host_tests::signal;
 use host_tests::statistics::rms;
 use rarma_core::condition::KnownLines;
-use rarma_core::estimate::batch::{Bound, Pem, PemConfig};
 use rarma_core::estimate::{RarmaConfig, RecursiveArma};
 use rarma_core::spectrum::{FactorTracker, Modal, modal};
+use rarma_fit::{Bound, Pem, PemConfig};
 use std::f64::consts::TAU;
 
 const FS: f64 = 5000.0;

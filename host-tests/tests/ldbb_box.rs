@@ -8,10 +8,10 @@ use hal_sim::rig::{FaultEvent, FaultKind, SimBox};
 use host_tests::ldbb::m3;
 use host_tests::ldbb_box::{arm, job, quieter, ready, rig, run, run_as};
 use host_tests::rig::set;
-use rarma_core::guard::{FaultCode, Severity, Stage};
-use rarma_core::ldbb::RunFault;
-use rarma_core::settings::SettingValue;
-use rarma_core::wire::CircleMessage;
+use rarma_box::guard::{FaultCode, Severity, Stage};
+use rarma_box::settings::SettingValue;
+use rarma_box::wire::CircleMessage;
+use rarma_rigs::ldbb::RunFault;
 
 #[test]
 fn eight_pressures_in_both_directions() {

@@ -8,8 +8,8 @@ use host_tests::bars::{all_judged, holds};
 use host_tests::ldbb::m3;
 use host_tests::ldbb_box::{job, ready, run};
 use host_tests::rig::answer;
-use rarma_core::guard::{Denial, Stage};
-use rarma_core::wire::{Answer, CircleMessage, Command, Refused, StandJob, Telemetry};
+use rarma_box::guard::{Denial, Stage};
+use rarma_box::wire::{Answer, CircleMessage, Command, Refused, StandJob, Telemetry};
 
 /// The static test by the box: figure 17's hysteresis, table 2's stiffness, four directions.
 #[test]

@@ -9,7 +9,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rarma_core::Real;
-use rarma_core::ldbb::{
+use rarma_rigs::ldbb::{
     Circle, ErrorFit, ForceCalibration, ForceLaw, LdbbError, MachineErrors, Measured, Sense, Terms,
     Trace, spikes,
 };

@@ -9,7 +9,7 @@ use host_tests::process::{Ended, Rarma};
 use host_tests::rarma;
 use rarma_cli::ldbb::{RunData, from_recorded, without_its_other};
 use rarma_cli::scenario::{SHIPPED_LDBB, parse_ldbb};
-use rarma_core::ldbb::{ForceLaw, Schedule, Sense, ValveConfig};
+use rarma_rigs::ldbb::{ForceLaw, Schedule, Sense, ValveConfig};
 use std::ffi::OsStr;
 
 fn program() -> Rarma {

@@ -5,7 +5,7 @@
 use hal_sim::plant::ldbb::drive::{AirFault, Test, Trouble, circles};
 use hal_sim::plant::ldbb::{MachineConfig, MotionFault};
 use host_tests::ldbb::{at_feed, m3};
-use rarma_core::ldbb::{
+use rarma_rigs::ldbb::{
     Procedure, ProcedureConfig, RunFault, Schedule, Seen, Sense, Stage, ValveConfig,
 };
 
@@ -229,7 +229,7 @@ fn hostile_readings() {
             settled: true,
         };
         let event = p.step(&seen).expect("at once");
-        assert_eq!(event, rarma_core::ldbb::Event::Failed(want));
+        assert_eq!(event, rarma_rigs::ldbb::Event::Failed(want));
         assert_eq!(p.stage(), Stage::Failed);
         for _ in 0..100 {
             assert_eq!(p.step(&seen), None);
@@ -247,7 +247,7 @@ fn hostile_readings() {
     for _ in 0..1500 {
         assert!(!matches!(
             p.step(&at(5e-4, 4e4)),
-            Some(rarma_core::ldbb::Event::Failed(_))
+            Some(rarma_rigs::ldbb::Event::Failed(_))
         ));
     }
     assert_eq!(p.stage(), Stage::Waiting);
@@ -258,7 +258,7 @@ fn hostile_readings() {
     let event = p.step(&at(0.0, 3e4));
     assert_eq!(
         event,
-        Some(rarma_core::ldbb::Event::Failed(RunFault::NotHeld(3e4)))
+        Some(rarma_rigs::ldbb::Event::Failed(RunFault::NotHeld(3e4)))
     );
 }
 

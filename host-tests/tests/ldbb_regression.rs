@@ -7,7 +7,7 @@ use host_tests::ldbb::m3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use rarma_core::ldbb::{Harmonics, StiffnessMap, Trace};
+use rarma_rigs::ldbb::{Harmonics, StiffnessMap, Trace};
 
 /// Gauge noise only, 400 tests: how often k ± 1.96·u(k) holds the truth.
 #[test]

@@ -9,7 +9,7 @@ use hal_sim::plant::ldbb::{BenchConfig, Geometry, MotionFault};
 use host_tests::ldbb::{at_feed, m3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rarma_core::ldbb::{Proof, RunFault, Schedule, ValveConfig};
+use rarma_rigs::ldbb::{Proof, RunFault, Schedule, ValveConfig};
 
 /// Machines by chance, of each kind.
 const MACHINES: u64 = 40;

@@ -11,7 +11,7 @@ use host_tests::ldbb::{PRESSURES_PA, at_feed, found, m3};
 use rarma_cli::ldbb::evaluate::AtForce;
 use rarma_cli::ldbb::stiffness::{AllRound, static_cycles};
 use rarma_cli::ldbb::{Findings, Static};
-use rarma_core::ldbb::{
+use rarma_rigs::ldbb::{
     ForceLaw, Inclination, LdbbError, ProcedureConfig, Schedule, StandingConfig, ValveConfig,
 };
 

@@ -10,9 +10,9 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rarma_core::guard::Mode;
-use rarma_core::settings::SettingValue;
-use rarma_core::wire::{
+use rarma_box::guard::Mode;
+use rarma_box::settings::SettingValue;
+use rarma_box::wire::{
     Answer, Command, Deframer, MAX_FRAME, Order, Refused, Telemetry, decode, encode, encode_order,
     head, open,
 };

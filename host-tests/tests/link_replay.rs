@@ -8,8 +8,8 @@ use firmware::board::Origin;
 use host_tests::link_bench::{Bench, Frame, KEY};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rarma_core::guard::Mode;
-use rarma_core::wire::{Command, LinkKey};
+use rarma_box::guard::Mode;
+use rarma_box::wire::{Command, LinkKey};
 
 /// A frame that was made: what it says, when, and whether it has come.
 struct Made {

@@ -7,10 +7,10 @@
 use firmware::board::Origin;
 use hal_sim::rig::{FaultEvent, FaultKind};
 use host_tests::link_bench::{Bench, Frame, KEY};
+use rarma_box::guard::{Denial, Stage};
+use rarma_box::settings::{LINK_KEY, SettingValue};
+use rarma_box::wire::{Answer, Command, Handed, LinkKey, Refused, Telemetry};
 use rarma_cli::frames::answer_words;
-use rarma_core::guard::{Denial, Stage};
-use rarma_core::settings::{LINK_KEY, SettingValue};
-use rarma_core::wire::{Answer, Command, Handed, LinkKey, Refused, Telemetry};
 use std::path::Path;
 
 /// A bench, and what has happened on it so far.
@@ -156,7 +156,7 @@ fn repeats() -> Vec<(&'static str, Story)> {
     story.bench.press_again(100);
     story.say(1, "take", TAKE, &DONE);
     story.say(1, "clear", Command::Clear, &DONE);
-    let mode = rarma_core::guard::Mode::Cers;
+    let mode = rarma_box::guard::Mode::Cers;
     story.say(1, "start cers", Command::Start(mode), &DONE);
     story.bench.beats = true;
     story.replay("the whole session before it again", before);
@@ -380,7 +380,7 @@ fn keys() -> Vec<(&'static str, Story)> {
     story.bench.press_again(100);
     story.say(1, "take", TAKE, &DONE);
     story.say(1, "clear", Command::Clear, &DONE);
-    let mode = rarma_core::guard::Mode::Cers;
+    let mode = rarma_box::guard::Mode::Cers;
     story.say(1, "start cers", Command::Start(mode), &DONE);
     story.replay("the sealed session before it again", before);
     story.bench.beats = true;

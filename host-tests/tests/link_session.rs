@@ -3,11 +3,9 @@
 
 use hal_sim::rig::{RigSetUp, SimBox, SimRig};
 use host_tests::rig::{answer, quiet};
-use rarma_core::guard::Mode;
-use rarma_core::wire::{
-    Answer, Command, MAX_FRAME, NO_SESSION, Order, Refused, Started, Telemetry,
-};
-use rarma_core::wire::{encode_order, head};
+use rarma_box::guard::Mode;
+use rarma_box::wire::{Answer, Command, MAX_FRAME, NO_SESSION, Order, Refused, Started, Telemetry};
+use rarma_box::wire::{encode_order, head};
 use std::collections::BTreeSet;
 
 fn frame(command: &Command, session: u32, sequence: u32) -> Vec<u8> {

@@ -6,8 +6,8 @@
 
 use hal_sim::rig::{RigSetUp, SimBox, SimRig};
 use host_tests::rig::quiet;
-use rarma_core::guard::Mode;
-use rarma_core::wire::{Health, Telemetry};
+use rarma_box::guard::Mode;
+use rarma_box::wire::{Health, Telemetry};
 use std::time::Instant;
 
 const FS: f64 = 48_000.0;

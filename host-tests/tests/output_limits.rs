@@ -5,10 +5,10 @@ use hal_sim::rig::{Heard, RigSetUp};
 use host_tests::rig::working;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rarma_core::cers::{Direction, ExcitationJob, Signal};
-use rarma_core::guard::{Mode, Stage};
-use rarma_core::settings::{SETTINGS, SettingValue};
-use rarma_core::wire::{Command, ExcitationMessage, Telemetry};
+use rarma_box::guard::{Mode, Stage};
+use rarma_box::settings::{SETTINGS, SettingValue};
+use rarma_box::wire::{Command, ExcitationMessage, Telemetry};
+use rarma_rigs::cers::{Direction, ExcitationJob, Signal};
 
 /// A command that somebody might send to a box at work; finite or not, allowed or not.
 fn anything(rng: &mut ChaCha8Rng) -> Command {

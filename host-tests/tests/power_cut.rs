@@ -9,7 +9,7 @@ use hal_sim::rig::SimFlash;
 use host_tests::flash_trials::{Subject, Tally, Trial, any_value};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use rarma_core::settings::{COUNT, SETTINGS, Setting, SettingValue, Settings};
+use rarma_box::settings::{COUNT, SETTINGS, Setting, SettingValue, Settings};
 use rayon::prelude::*;
 
 /// How often each word and erase is cut.

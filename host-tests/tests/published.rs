@@ -5,7 +5,7 @@
 //! Published conventions: y = Σ ar·y(t−i) + e + Σ ma·e(t−j), so ar = −a and ma = c.
 
 use host_tests::resources;
-use rarma_core::estimate::batch::{
+use rarma_fit::{
     FitError, Ml, MlConfig, Pem, PemConfig, burg, innovations_algorithm, likelihood, mean,
     yule_walker,
 };

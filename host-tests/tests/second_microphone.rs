@@ -3,10 +3,10 @@
 
 use hal_sim::rig::{FaultEvent, FaultKind, RigSetUp, SimBox, SimRig};
 use host_tests::rig::{quiet, set};
+use rarma_box::guard::{FaultCode, Mode};
+use rarma_box::settings::SettingValue;
+use rarma_box::wire::{Command, Telemetry};
 use rarma_core::decide::State;
-use rarma_core::guard::{FaultCode, Mode};
-use rarma_core::settings::SettingValue;
-use rarma_core::wire::{Command, Telemetry};
 
 const FROM_US: u64 = 1_000_025;
 

@@ -1,7 +1,7 @@
 //! Promise: the page of the box's settings is the table that the firmware checks with, and so
 //! is the schema.
 
-use rarma_core::settings::{Kind, SETTINGS, SettingValue, Settings, markdown, write_schema};
+use rarma_box::settings::{Kind, SETTINGS, SettingValue, Settings, markdown, write_schema};
 use rarma_core::verdict::VerdictConfig;
 use std::path::Path;
 

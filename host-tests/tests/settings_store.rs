@@ -11,11 +11,11 @@ use host_tests::former_store::{Former, TwoMaps};
 use rand::seq::IndexedRandom;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rarma_core::guard::FaultCode;
-use rarma_core::settings::{
+use rarma_box::guard::FaultCode;
+use rarma_box::settings::{
     COUNT, SETTINGS, Setting, SettingValue, Settings, from_record, to_record,
 };
-use rarma_core::wire::{Command, Telemetry};
+use rarma_box::wire::{Command, Telemetry};
 use rayon::prelude::*;
 
 fn load(flash: &mut SimFlash) -> (Store, firmware::store::Loaded, Settings) {

@@ -6,10 +6,9 @@
 //! `cargo test --release -p host-tests --test stabilisation -- --nocapture`.
 
 use host_tests::signal;
-use rarma_core::estimate::batch::{Pem, PemConfig};
-use rarma_core::spectrum::{
-    FactorTracker, Modal, StabilisationConfig, Stability, modal, stabilise,
-};
+use rarma_core::spectrum::{FactorTracker, Modal, modal};
+use rarma_fit::{Pem, PemConfig};
+use rarma_fit::{StabilisationConfig, Stability, stabilise};
 
 const FS: f64 = 5000.0;
 const MODES: [(f64, f64); 3] = [(450.0, 0.03), (980.0, 0.02), (1500.0, 0.025)];

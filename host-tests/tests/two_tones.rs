@@ -12,10 +12,9 @@ use host_tests::rarma;
 use host_tests::signal::{polynomial, white};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rarma_core::estimate::batch::{
-    Ml, MlConfig, Pem, PemConfig, burg, esprit, modified_covariance, tones,
-};
-use rarma_core::spectrum::{FactorTracker, modal, windowed_density};
+use rarma_core::spectrum::{FactorTracker, modal};
+use rarma_fit::windowed_density;
+use rarma_fit::{Ml, MlConfig, Pem, PemConfig, burg, esprit, modified_covariance, tones};
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;

@@ -12,6 +12,7 @@ use hal_sim::plant::truth::roots;
 use host_tests::bars::{all_judged, holds};
 use host_tests::files::Folder;
 use host_tests::rarma;
+use rarma_box::wire::MonitorJob;
 use rarma_cli::args::{Cli, Command, IdentifyArgs};
 use rarma_cli::commands::{IdentifiedMode, identify, listen};
 use rarma_cli::ear::{self, Forced};
@@ -20,7 +21,6 @@ use rarma_cli::scenario::{self, Loaded};
 use rarma_core::Order;
 use rarma_core::condition::Band;
 use rarma_core::monitor::MonitorConfig;
-use rarma_core::wire::MonitorJob;
 
 fn load(name: &str) -> Loaded {
     scenario::load(name, None).expect("a shipped scenario")

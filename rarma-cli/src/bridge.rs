@@ -2,7 +2,7 @@
 //! goes to the box frame by frame. Who may change anything is the box's to say.
 
 use crate::failure::Failure;
-use rarma_core::wire::MAX_FRAME;
+use rarma_box::wire::MAX_FRAME;
 use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 

@@ -8,9 +8,9 @@ use crate::record::{
     Summary,
 };
 use crate::translate::{STATES, line, notice};
+use rarma_box::wire::{Finished, Refusal, Telemetry};
 use rarma_core::condition::HealthCounts;
 use rarma_core::decide::Histogram;
-use rarma_core::wire::{Finished, Refusal, Telemetry};
 use std::collections::BTreeMap;
 
 /// Alarms that a summary lists, the first ones; the others are counted.

@@ -2,13 +2,13 @@
 
 use crate::one_line::{self, OneLine};
 use crate::speech::shown;
-use rarma_core::guard::{Denial, FaultCode, FaultRecord, Severity};
-use rarma_core::ldbb::Proof;
-use rarma_core::settings::find;
-use rarma_core::wire::{
+use rarma_box::guard::{Denial, FaultCode, FaultRecord, Severity};
+use rarma_box::settings::find;
+use rarma_box::wire::{
     Answer, CircleMessage, ControlMessage, Deframer, ExcitationMessage, FrameError, Handed, Head,
     Refused, Telemetry,
 };
+use rarma_rigs::ldbb::Proof;
 use serde::Serialize;
 
 /// Takes bytes, gives messages, and counts what is lost.
@@ -65,7 +65,7 @@ impl FrameReader {
         if let Some(found) = self.foreign {
             return Some(format!(
                 "frames of protocol version {found}; this program speaks {}: use the version of rarma that came with the firmware",
-                rarma_core::wire::VERSION
+                rarma_box::wire::VERSION
             ));
         }
         (self.broken + self.missing > 0 || self.runs > 1).then(|| {

@@ -1,7 +1,7 @@
 //! A key of the link in a file: 64 hexadecimal digits.
 
 use crate::failure::Failure;
-use rarma_core::wire::{KEY_BYTES, LinkKey};
+use rarma_box::wire::{KEY_BYTES, LinkKey};
 use std::path::Path;
 
 /// Reads a key.

@@ -5,7 +5,7 @@
 //! without a gap of more than [`GAP_S`]. Up to that long, zeros stand where samples are
 //! missing, and the gap is told.
 
-use rarma_core::wire::{Answer, Telemetry};
+use rarma_box::wire::{Answer, Telemetry};
 
 /// Longest gap within a stream, s.
 pub const GAP_S: f64 = 1.0;
@@ -279,7 +279,7 @@ impl RawStreams {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rarma_core::wire::Raw;
+    use rarma_box::wire::Raw;
 
     /// A block of samples that are their own numbers, modulo 1000.
     fn raw(first: u64, n: u64) -> Telemetry {

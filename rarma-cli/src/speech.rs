@@ -1,10 +1,10 @@
 //! Commands to the box in words: typed by people, and written in scenarios.
 
 use crate::one_line::OneLine;
-use rarma_core::cers::{Direction, ExcitationJob, Signal};
-use rarma_core::guard::Mode;
-use rarma_core::settings::{Kind, SETTINGS, Setting, SettingValue};
-use rarma_core::wire::{CircleJob, Command, JOB_PRESSURES, StandJob};
+use rarma_box::guard::Mode;
+use rarma_box::settings::{Kind, SETTINGS, Setting, SettingValue};
+use rarma_box::wire::{CircleJob, Command, JOB_PRESSURES, StandJob};
+use rarma_rigs::cers::{Direction, ExcitationJob, Signal};
 
 /// What can be said.
 pub const WORDS: &str = "identify | status | take | release | start safe|monitor|cers|ldbb | stop | arm | clear | stream SECONDS | pressure PA | current A | circle MM_PER_MIN BAR,BAR,… [both] [down] | static DIRECTIONS BAR,BAR,… | go | excite noise|prbs|sweep|steps x|y|both RMS_A LOW:HIGH SECONDS [LINES] | quiet | read NAME | set NAME VALUE | save NAME | reset NAME";

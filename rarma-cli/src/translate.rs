@@ -5,7 +5,7 @@ use crate::record::{
     AmplitudeRecord, AmplitudeVerdict, Label, Line, ModeRecord, NoticeKind, Origin, Reason,
     SpeedSource, SpindleRecord, State, TachoFault,
 };
-use rarma_core::wire::{AmplitudeMessage, ModeMessage, Notice, SpindleMessage, Verdict};
+use rarma_box::wire::{AmplitudeMessage, ModeMessage, Notice, SpindleMessage, Verdict};
 use rarma_core::{condition, decide, monitor};
 
 /// States in the order of [`decide::State`].

@@ -5,21 +5,15 @@
 
 pub mod act;
 pub mod advice;
-pub mod cers;
 pub mod condition;
 pub mod decide;
-pub mod els;
 pub mod estimate;
-pub mod guard;
-pub mod ldbb;
 pub mod monitor;
 mod order;
 pub mod real;
-pub mod settings;
 pub mod spectrum;
 mod ud;
 pub mod verdict;
-pub mod wire;
 pub use monitor::Monitor;
 pub use order::Order;
 pub use real::Real;

@@ -1,10 +1,9 @@
 //! The model orders the box offers.
 
-use serde::{Deserialize, Serialize};
-
 /// ARMA order (p, q): p/2 modes, with q = p − 1 for vibration sampled without
 /// noise and q = p where the sensor adds white noise.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Order {
     /// (2,1)
     O21,

@@ -21,7 +21,7 @@ mod target {
         LastResort, MemoryError, Nucleo, crystal_has_failed, memory_failed,
     };
     use firmware::last_words::last_words;
-    use rarma_core::guard::FaultCode;
+    use rarma_box::guard::FaultCode;
     use static_cell::StaticCell;
 
     defmt::timestamp!("{=u64:us}", LastResort.now_us());

@@ -3,8 +3,8 @@
 use super::{AdcCode, Block, BoardError, DacCode};
 use crate::current_loop::{CoilOrder, CoilReport};
 use core::ops::Range;
-use rarma_core::cers::Source;
-use rarma_core::guard::KEPT_BYTES;
+use rarma_box::guard::KEPT_BYTES;
+use rarma_rigs::cers::Source;
 
 /// Displacement sensors: X and Y.
 pub const GAPS: usize = 2;

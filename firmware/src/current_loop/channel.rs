@@ -6,8 +6,8 @@
 
 use super::order::CoilLimits;
 use crate::board::AdcCode;
-use rarma_core::cers::Regulator;
-use rarma_core::guard::FaultCode;
+use rarma_box::guard::FaultCode;
+use rarma_rigs::cers::Regulator;
 
 /// Periods in a row with a sensor at the end of its range, or without a conversion, that
 /// are a fault: one is a disturbance.

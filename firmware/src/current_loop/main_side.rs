@@ -4,8 +4,8 @@
 use super::channel::{Channel, Scale, Sums};
 use super::{CoilAction, CoilOrder, CoilReport, CoilTrip, CurrentLoop};
 use crate::board::COILS;
-use rarma_core::cers::Block;
-use rarma_core::guard::FaultCode;
+use rarma_box::guard::FaultCode;
+use rarma_rigs::cers::Block;
 
 /// The same code for this long while regulating is no current, ms: converters have noise.
 const STUCK_MS: u32 = 10;

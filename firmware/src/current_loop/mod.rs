@@ -22,8 +22,8 @@ pub use order::{CoilAction, CoilLimits, CoilOrder, CoilReport, CoilTrip, ForceSc
 use crate::board::{AdcCode, COILS, CoilBridge};
 use channel::{Channel, LOST_PERIODS};
 use main_side::Ready;
-use rarma_core::cers::{Block, Seen, Source};
-use rarma_core::guard::FaultCode;
+use rarma_box::guard::FaultCode;
+use rarma_rigs::cers::{Block, Seen, Source};
 
 /// The loop. The board owns it where its interrupt is.
 #[derive(Debug, Clone, Default)]

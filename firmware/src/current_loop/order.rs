@@ -1,8 +1,8 @@
 //! What the main side and the current loop tell each other, once a millisecond.
 
 use crate::board::COILS;
-use rarma_core::cers::{AxisForce, Block, Tuning};
-use rarma_core::guard::FaultCode;
+use rarma_box::guard::FaultCode;
+use rarma_rigs::cers::{AxisForce, Block, Tuning};
 
 /// What the loop is to do.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

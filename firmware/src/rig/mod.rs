@@ -12,8 +12,8 @@ use crate::board::{BoxBoard, COILS, DacCode, SensorCodes};
 use crate::current_loop::{CoilAction, CoilOrder, CoilReport};
 use crate::exciting::Exciting;
 use plan::LEAST_SUPPLY_V;
-use rarma_core::guard::{Denial, Mode, Permission, RigCodes, RigCoils, RigState, Steady};
-use rarma_core::wire::{CircleJob, StandJob};
+use rarma_box::guard::{Denial, Mode, Permission, RigCodes, RigCoils, RigState, Steady};
+use rarma_box::wire::{CircleJob, StandJob};
 
 /// A supply that has not moved for this long is steady, ms.
 const STEADY_MS: u32 = 50;

@@ -2,12 +2,8 @@
 
 use crate::board::{COILS, GAPS};
 use crate::current_loop::{CoilLimits, ForceScale};
-use rarma_core::cers::{
-    AxisForce, Eddy, GapSchedule, Geometry, Magnet, Reach, RegulatorConfig, SensorPath, Tuning,
-};
-use rarma_core::guard::{Denial, RigLimits};
-use rarma_core::ldbb::{BarSet, ForceLaw, ValveConfig};
-use rarma_core::settings::{
+use rarma_box::guard::{Denial, RigLimits};
+use rarma_box::settings::{
     CERS_BIAS, CERS_GAIN_XM, CERS_GAIN_XP, CERS_GAIN_YM, CERS_GAIN_YP, CERS_GAP, CERS_GAP_CORNER,
     CERS_GAP_SPAN, CERS_INDUCTANCE, CERS_IRON_PATH, CERS_KNEE_XM, CERS_KNEE_XP, CERS_KNEE_YM,
     CERS_KNEE_YP, CERS_LAMINATION, CERS_LEAKAGE, CERS_MOST, CERS_NOMINAL, CERS_OFFSET_XM,
@@ -18,6 +14,10 @@ use rarma_core::settings::{
     LDBB_SETTLE, LDBB_TOLERANCE, LDBB_TRIM, LDBB_VALVE_SPAN, LDBB_WEIGHT, LDBB_WINDOW,
     LDBB_WINDOW_TIME, Real, SUPPLY_HIGH, SUPPLY_LOW, SUPPLY_SPAN, Settings,
 };
+use rarma_rigs::cers::{
+    AxisForce, Eddy, GapSchedule, Geometry, Magnet, Reach, RegulatorConfig, SensorPath, Tuning,
+};
+use rarma_rigs::ldbb::{BarSet, ForceLaw, ValveConfig};
 
 /// An order of the current loop lasts this long, s: the main side may be late by two
 /// milliseconds, no more.

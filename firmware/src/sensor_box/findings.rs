@@ -6,8 +6,8 @@
 use super::SensorBox;
 use crate::board::BoxBoard;
 use crate::store::{Loaded, Marks};
-use rarma_core::guard::FaultCode;
-use rarma_core::settings::{COUNT, SETTINGS};
+use rarma_box::guard::FaultCode;
+use rarma_box::settings::{COUNT, SETTINGS};
 
 /// A setting's place in the table is told as a fault's place.
 const _: () = assert!(COUNT <= u8::MAX as usize);

@@ -24,14 +24,14 @@ use crate::rig::RigPlan;
 use crate::store::Store;
 use crate::tell::Teller;
 use findings::Findings;
-use rarma_core::Order;
-use rarma_core::cers::Reach;
-use rarma_core::guard::{
+use rarma_box::guard::{
     CheckIns, Denial, Duty, FaultCode, FaultRecord, InARow, Mode, RigState, RigWatch, Severity,
     Stage, Supervisor,
 };
-use rarma_core::settings::{CERS_ORDER, Settings};
-use rarma_core::wire::{Handed, NOBODY, Refused, Started};
+use rarma_box::settings::{CERS_ORDER, Settings};
+use rarma_box::wire::{Handed, NOBODY, Refused, Started};
+use rarma_core::Order;
+use rarma_rigs::cers::Reach;
 
 /// One pass of the supervisor, µs.
 const TICK_US: u64 = 1_000;

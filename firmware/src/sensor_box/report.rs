@@ -2,9 +2,9 @@
 
 use super::{SensorBox, TICK_US};
 use crate::board::{BoxBoard, Lights};
-use rarma_core::guard::FaultCode;
-use rarma_core::settings::{TELL_HEALTH, TELL_STATUS};
-use rarma_core::wire::{Health, Status, Telemetry};
+use rarma_box::guard::FaultCode;
+use rarma_box::settings::{TELL_HEALTH, TELL_STATUS};
+use rarma_box::wire::{Health, Status, Telemetry};
 
 impl SensorBox {
     /// Status and health at their rates, and the lights.

@@ -9,12 +9,12 @@ use crate::listen::Listening;
 use crate::rig::{RigDuty, RigPlan};
 use crate::store::Store;
 use crate::tell::Teller;
-use rarma_core::guard::{
+use rarma_box::guard::{
     CheckIns, FaultCode, FaultRecord, InARow, KEPT_BYTES, Mode, RigState, RigWatch, Severity,
     Supervisor,
 };
-use rarma_core::settings::{BOX_START, Settings};
-use rarma_core::wire::{NO_SESSION, NOBODY, Started, Telemetry};
+use rarma_box::settings::{BOX_START, Settings};
+use rarma_box::wire::{NO_SESSION, NOBODY, Started, Telemetry};
 
 impl SensorBox {
     /// Starts: reads why there was a reset and what is stored, and says so. Outputs are off.

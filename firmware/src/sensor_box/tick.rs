@@ -3,8 +3,8 @@
 use super::SensorBox;
 use crate::board::BoxBoard;
 use crate::rig;
-use rarma_core::guard::{Duty, Facts, FaultCode, Mode, Permission, RigSeen, Stage};
-use rarma_core::settings::{LINK_HEARTBEAT, TACHO_PULSES, TACHO_SILENCE};
+use rarma_box::guard::{Duty, Facts, FaultCode, Mode, Permission, RigSeen, Stage};
+use rarma_box::settings::{LINK_HEARTBEAT, TACHO_PULSES, TACHO_SILENCE};
 
 /// Readings of the slow sensors in a row that failed and are a fault.
 const SENSORS_LOST: u32 = 3;

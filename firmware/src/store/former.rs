@@ -9,7 +9,7 @@ use super::record::{Record, VALUE_BYTES, WORD};
 use super::{StoreError, halves, place_of};
 use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
-use rarma_core::settings::{COUNT, SETTINGS};
+use rarma_box::settings::{COUNT, SETTINGS};
 
 /// The record that said that the range was a store.
 const FORMAT_KEY: u16 = 0;

@@ -1,6 +1,6 @@
 //! A set of settings, by their places in the table.
 
-use rarma_core::settings::{COUNT, SETTINGS, Setting};
+use rarma_box::settings::{COUNT, SETTINGS, Setting};
 
 const BITS: usize = 32;
 

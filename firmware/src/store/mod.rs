@@ -22,7 +22,7 @@ use both::{Both, halves};
 use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
 use half::{Found, GAP};
-use rarma_core::settings::{
+use rarma_box::settings::{
     COUNT, RecordError, Setting, SettingValue, Settings, find, from_record, to_record,
 };
 use record::{Record, WORD};

@@ -7,7 +7,7 @@ use super::record::WORD;
 use super::{Loaded, Store, former};
 use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
-use rarma_core::settings::{SETTINGS, Settings, from_record};
+use rarma_box::settings::{SETTINGS, Settings, from_record};
 
 /// How often the halves are made to agree before the rest is left to the next start.
 const ROUNDS: u32 = 4;

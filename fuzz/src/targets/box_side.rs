@@ -4,8 +4,8 @@ use super::link::{Piece, framed, head_words, pieces};
 use crate::Target;
 use firmware::store::Store;
 use hal_sim::rig::{RigSetUp, SimBox, SimFlash, SimRig};
-use rarma_core::settings::{SETTINGS, Settings, from_record, to_record};
-use rarma_core::wire::{Answer, Command, Telemetry};
+use rarma_box::settings::{SETTINGS, Settings, from_record, to_record};
+use rarma_box::wire::{Answer, Command, Telemetry};
 
 pub(super) const COMMANDS: Target = Target {
     name: "commands",

@@ -1,9 +1,9 @@
 //! Frames: any bytes on the wire, and any body in a sound frame.
 
 use crate::{Target, check};
+use rarma_box::wire::{Command, Deframer, Head, MAX_FRAME, Telemetry, decode, encode, head};
 use rarma_cli::frames::{FrameReader, to_json, words};
 use rarma_cli::raw_streams::{Piece as RawPiece, RawStreams};
-use rarma_core::wire::{Command, Deframer, Head, MAX_FRAME, Telemetry, decode, encode, head};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde::ser::SerializeTuple;

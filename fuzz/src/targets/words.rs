@@ -2,10 +2,10 @@
 
 use crate::{Target, check};
 use clap::Parser;
+use rarma_box::settings::SETTINGS;
+use rarma_box::wire::Command;
 use rarma_cli::args::Cli;
 use rarma_cli::speech;
-use rarma_core::settings::SETTINGS;
-use rarma_core::wire::Command;
 
 pub(super) const WORDS: Target = Target {
     name: "words",

@@ -15,7 +15,7 @@ use firmware::board::FlashSeen;
 use firmware::store::Store;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rarma_core::settings::{SETTINGS, Setting, Settings};
+use rarma_box::settings::{SETTINGS, Setting, Settings};
 use std::collections::BTreeSet;
 use std::ops::Range;
 

@@ -1,6 +1,6 @@
 //! A host on the other end of the link: heartbeats, commands, and what it hears.
 
-use rarma_core::wire::{Command, Deframer, LinkKey, MAX_FRAME, Speaker, Telemetry};
+use rarma_box::wire::{Command, Deframer, LinkKey, MAX_FRAME, Speaker, Telemetry};
 
 /// Control that is free is asked for again after so long, µs: a frame may be lost.
 const ASK_AGAIN_US: u64 = 300_000;

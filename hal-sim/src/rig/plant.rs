@@ -9,7 +9,7 @@ use rand::Rng;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use rarma_core::ldbb::ForceLaw;
+use rarma_rigs::ldbb::ForceLaw;
 
 /// Coils and gaps.
 pub const COILS: usize = 4;

@@ -6,8 +6,8 @@ use super::host::SimHost;
 use super::link::Noise;
 use firmware::board::{Emergency, ResetCause};
 use firmware::{BoxBoard, SensorBox, last_words};
-use rarma_core::guard::FaultCode;
-use rarma_core::wire::Command;
+use rarma_box::guard::FaultCode;
+use rarma_box::wire::Command;
 
 /// The box at work.
 #[derive(Debug)]
@@ -113,7 +113,7 @@ impl SimBox {
             self.rig.without_power(50_000);
             self.sleep(50_000);
             // Memory that nothing holds up.
-            self.rig.keep(&[0x5A; rarma_core::guard::KEPT_BYTES]);
+            self.rig.keep(&[0x5A; rarma_box::guard::KEPT_BYTES]);
             self.reset(ResetCause::PowerOn);
         }
     }

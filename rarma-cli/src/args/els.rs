@@ -4,7 +4,7 @@ use super::{pair, within};
 use crate::els::diagram::Cut;
 use crate::els::hammer::Sensor;
 use clap::{Args, Subcommand};
-use rarma_core::els::CutConfig;
+use rarma_rigs::els::CutConfig;
 use std::path::PathBuf;
 
 /// The commands of `els`.

@@ -1,6 +1,6 @@
 //! What is superposed on the bias: the commanded sequence of each direction.
 
-use rarma_core::cers::{
+use rarma_rigs::cers::{
     BandNoise, BandNoiseConfig, Dodge, LineSet, Lines, Phases, Prbs, RealFft, Regulator,
     RegulatorConfig, Tuning, lower_crest, multisine,
 };

@@ -4,7 +4,7 @@ use super::drive::{BLOCK, Commands, LOOP_HZ, RATE_HZ, tuning};
 use super::record::{CersRecord, Setup, Truth};
 use crate::scenario::{Calibrated, CersScenario, MOST_DUTY};
 use hal_sim::exciter::{Measurement, calibrated, measure};
-use rarma_core::cers::{Eddy, Geometry};
+use rarma_rigs::cers::{Eddy, Geometry};
 
 /// Orders of the spindle taken out of every record; the bearings' come on top.
 const SPINDLE_ORDERS: u32 = 6;

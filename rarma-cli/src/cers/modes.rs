@@ -4,7 +4,7 @@ use super::record::CersRecord;
 use super::response::{Cleaned, Response, Sensor, principal_angle, response, turned};
 use super::table_3::{self, Printed};
 use super::time;
-use rarma_core::els::{AgreedMode, Complex, Reading, agreed, fit_modes};
+use rarma_rigs::els::{AgreedMode, Complex, Reading, agreed, fit_modes};
 use rayon::prelude::*;
 use serde::Serialize;
 

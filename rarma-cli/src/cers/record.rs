@@ -7,7 +7,7 @@
 use super::drive::Drive;
 use crate::failure::Failure;
 use crate::output::{self, NewFile, WavFile};
-use rarma_core::cers::{AxisForce, Eddy, Magnet};
+use rarma_rigs::cers::{AxisForce, Eddy, Magnet};
 use std::fmt::Write as _;
 use std::path::Path;
 

@@ -4,8 +4,8 @@
 use super::drive::{BLOCK, Signal};
 use super::record::CersRecord;
 use core::f64::consts::{PI, SQRT_2};
-use rarma_core::cers::{Frf, FrfLine, Path, RealFft, Window, remove_orders};
-use rarma_core::els::Complex;
+use rarma_rigs::cers::{Frf, FrfLine, Path, RealFft, Window, remove_orders};
+use rarma_rigs::els::Complex;
 use realfft::RealFftPlanner;
 
 const HALF: usize = BLOCK / 2;

@@ -9,9 +9,9 @@ use super::record::CersRecord;
 use super::response::Cleaned;
 use crate::banded;
 use rarma_core::condition::Band;
-use rarma_core::estimate::batch::{ArxOrder, arx_instruments};
 use rarma_core::estimate::{Arma65, RarmaConfig, Status};
 use rarma_core::spectrum::{FactorTracker, Quadratic, Roots, deviation, modal};
+use rarma_fit::{ArxOrder, arx_instruments};
 use rayon::prelude::*;
 use serde::Serialize;
 

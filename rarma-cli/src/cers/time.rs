@@ -5,9 +5,9 @@ use super::record::CersRecord;
 use super::response::Cleaned;
 use crate::banded;
 use rarma_core::condition::Band;
-use rarma_core::els::{Reading, agreed};
-use rarma_core::estimate::batch::{ArxOrder, Pem, PemConfig, arx_instruments};
 use rarma_core::spectrum::{FactorTracker, Roots, modal};
+use rarma_fit::{ArxOrder, Pem, PemConfig, arx_instruments};
+use rarma_rigs::els::{Reading, agreed};
 
 /// Orders tried with the force known.
 const ARX: [usize; 2] = [24, 30];

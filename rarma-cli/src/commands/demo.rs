@@ -12,8 +12,8 @@ use firmware::App;
 use hal_sim::plant::cut::VirtualCut;
 use hal_sim::plant::truth::Truth;
 use hal_sim::{Microphone, SimBoard};
+use rarma_box::wire::{Deframer, MonitorJob, Telemetry};
 use rarma_core::monitor::MonitorConfig;
-use rarma_core::wire::{Deframer, MonitorJob, Telemetry};
 use std::cell::RefCell;
 use std::rc::Rc;
 

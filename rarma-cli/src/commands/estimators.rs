@@ -2,11 +2,9 @@
 
 use super::lines;
 use crate::args::Method;
-use rarma_core::estimate::batch::{
-    self, ArFit, ArmaFit, Bound, FitError, Ml, MlConfig, Pem, PemConfig,
-};
 use rarma_core::estimate::{BoundedArma, Gain, Gradient, IvConfig, RarmaConfig, RecursiveIv};
 use rarma_core::spectrum::{FactorTracker, Quadratic, Roots, deviation, modal};
+use rarma_fit::{ArFit, ArmaFit, Bound, FitError, Ml, MlConfig, Pem, PemConfig};
 use serde::Serialize;
 
 /// Largest p and q.
@@ -101,12 +99,16 @@ pub fn fit(
             ..MlConfig::default()
         })
         .and_then(|m| m.fit::<N, R>(y, p, q)),
-        Method::Burg => return Ok(autoregressive(batch::burg(y, p).map_err(words)?)),
-        Method::YuleWalker => return Ok(autoregressive(batch::yule_walker(y, p).map_err(words)?)),
-        Method::LeastSquares => return Ok(autoregressive(batch::covariance(y, p).map_err(words)?)),
+        Method::Burg => return Ok(autoregressive(rarma_fit::burg(y, p).map_err(words)?)),
+        Method::YuleWalker => {
+            return Ok(autoregressive(rarma_fit::yule_walker(y, p).map_err(words)?));
+        }
+        Method::LeastSquares => {
+            return Ok(autoregressive(rarma_fit::covariance(y, p).map_err(words)?));
+        }
         Method::Lattice => {
             return Ok(autoregressive(
-                batch::geometric_lattice(y, p).map_err(words)?,
+                rarma_fit::geometric_lattice(y, p).map_err(words)?,
             ));
         }
         Method::Riv => return recursive_instruments(y, (p, q), memory),
@@ -135,7 +137,7 @@ fn autoregressive(fit: ArFit<f64, N>) -> Model {
 /// A by instrumental variables, C from what A leaves.
 fn instruments(y: &[f64], (p, q): (usize, usize)) -> Result<Model, FitError> {
     let lags = (4 * p).min(y.len() / 4).max(p);
-    let fit: ArFit<f64, N> = batch::instrumental_variables(y, p, q, lags)?;
+    let fit: ArFit<f64, N> = rarma_fit::instrumental_variables(y, p, q, lags)?;
     with_moving_average(y, fit.a(), q)
 }
 
@@ -146,7 +148,7 @@ pub(super) fn with_moving_average(y: &[f64], a: &[f64], q: usize) -> Result<Mode
     } else {
         let rest = super::identify::residuals(y, a, &[]);
         let rows = (4 * q).min(N);
-        let moving = batch::innovations_algorithm::<f64, N>(&rest[a.len()..], q, rows)?;
+        let moving = rarma_fit::innovations_algorithm::<f64, N>(&rest[a.len()..], q, rows)?;
         moving.c().to_vec()
     };
     Ok(Model {

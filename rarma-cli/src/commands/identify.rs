@@ -6,7 +6,7 @@ use super::show;
 use crate::args::{IdentifyArgs, Method};
 use crate::failure::Failure;
 use crate::input::Recording;
-use rarma_core::estimate::batch::{Criteria, FitError, Whiteness};
+use rarma_fit::{Criteria, FitError, Whiteness};
 use serde::Serialize;
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! The line estimators behind `rarma identify`: subspace and tones.
 
 use super::estimators::{IdentifiedMode, MAX_ORDER, Model, N, Uncertainty, with_moving_average};
-use rarma_core::estimate::batch::{self, FitError, ToneFit};
+use rarma_fit::{FitError, ToneFit};
 use std::f64::consts::TAU;
 
 /// Half the window of the subspace at most.
@@ -18,13 +18,13 @@ pub(super) struct Tones {
 
 /// A from the signal subspace, C from what A leaves.
 pub(super) fn subspace(y: &[f64], (p, q): (usize, usize)) -> Result<Model, FitError> {
-    let fit = batch::esprit::<f64, N, H>(y, p)?;
+    let fit = rarma_fit::esprit::<f64, N, H>(y, p)?;
     with_moving_average(y, fit.a(), q)
 }
 
 /// p/2 tones: A with its roots on the circle, and C = A, as tones in white noise are.
 pub(super) fn tones(y: &[f64], (p, q): (usize, usize)) -> Result<Model, FitError> {
-    let fit = batch::tones::<f64, PARAMETERS, H>(y, p / 2)?;
+    let fit = rarma_fit::tones::<f64, PARAMETERS, H>(y, p / 2)?;
     let mut a = vec![1.0];
     let mut rest = y.to_vec();
     // Radians per sample are frequencies at a rate of 2π.

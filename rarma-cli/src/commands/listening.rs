@@ -5,7 +5,7 @@ use crate::collect::{Collector, News, WholeRun};
 use crate::failure::Failure;
 use crate::record::{Run, Summary};
 use firmware::monitor::MonitorDuty;
-use rarma_core::wire::MonitorJob;
+use rarma_box::wire::MonitorJob;
 
 /// Listens; what is said goes to whoever hears it, and nothing is kept.
 #[derive(Clone)]

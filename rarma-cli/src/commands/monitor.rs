@@ -12,9 +12,9 @@ use crate::failure::Failure;
 use crate::input::{self, InputError, ReadOptions, Recording, Speeds};
 use crate::output::stdout;
 use crate::record::{Run, Summary};
+use rarma_box::wire::MonitorJob;
 use rarma_core::Order;
 use rarma_core::monitor::{LEAST_MEMORY, MonitorConfig, MonitorError};
-use rarma_core::wire::MonitorJob;
 use std::path::Path;
 
 pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {

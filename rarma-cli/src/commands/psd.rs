@@ -7,7 +7,7 @@ use super::show;
 use crate::args::{Detrend, Method, PsdArgs, PsdMethod};
 use crate::failure::Failure;
 use crate::input::Recording;
-use rarma_core::spectrum::{model_density, welch_density, windowed_density};
+use rarma_fit::{model_density, welch_density, windowed_density};
 use realfft::RealFftPlanner;
 use serde::Serialize;
 use std::path::Path;

@@ -16,10 +16,10 @@ use hal_sim::rig::{FaultKind, RigSetUp, SimBox, SimRig};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use rarma_core::cers::Geometry;
-use rarma_core::guard::Severity;
-use rarma_core::settings::{LINK_KEY, SettingValue};
-use rarma_core::wire::{Answer, Command, LinkKey, Telemetry};
+use rarma_box::guard::Severity;
+use rarma_box::settings::{LINK_KEY, SettingValue};
+use rarma_box::wire::{Answer, Command, LinkKey, Telemetry};
+use rarma_rigs::cers::Geometry;
 use serde_json::json;
 use std::time::{Duration, Instant};
 
@@ -53,9 +53,9 @@ pub(super) fn main(args: &BoxArgs) -> Result<u8, Failure> {
     if args.settings {
         let mut text = String::new();
         let written = if args.json {
-            rarma_core::settings::write_schema(&mut text)
+            rarma_box::settings::write_schema(&mut text)
         } else {
-            rarma_core::settings::markdown(&mut text)
+            rarma_box::settings::markdown(&mut text)
         };
         written.map_err(|_| Failure::System("the page of settings cannot be made".to_owned()))?;
         say!("{}", text.trim_end());

@@ -15,7 +15,7 @@ use crate::failure::Failure;
 use crate::input::Recording;
 use crate::output::{self, WavFile};
 use crate::record::Run;
-use rarma_core::wire::{Deframer, MonitorJob, Telemetry};
+use rarma_box::wire::{Deframer, MonitorJob, Telemetry};
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::{env, fs};

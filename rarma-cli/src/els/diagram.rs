@@ -1,6 +1,6 @@
 //! Limits and stiffness all round, from a receptance tensor.
 
-use rarma_core::els::{
+use rarma_rigs::els::{
     CutConfig, ElsError, Limit, PolarPoint, Receptance, extremes, polar_limits, reciprocity,
     static_stiffness,
 };

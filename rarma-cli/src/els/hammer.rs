@@ -2,9 +2,9 @@
 
 use crate::banded::{Banded, through};
 use rarma_core::condition::Band;
-use rarma_core::els::{AgreedMode, Complex, Reading, agreed, fit_modes};
-use rarma_core::estimate::batch::{ArxOrder, arx};
 use rarma_core::spectrum::{FactorTracker, modal};
+use rarma_fit::{ArxOrder, arx};
+use rarma_rigs::els::{AgreedMode, Complex, Reading, agreed, fit_modes};
 use realfft::RealFftPlanner;
 
 /// What the sensor measures.

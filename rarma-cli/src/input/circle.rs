@@ -19,7 +19,7 @@
 use super::table::{Dialect, MOST_SI, hole, not_a_number};
 use super::{InputError, Problem, whole};
 use crate::ldbb::{Conditions, RunData, Static};
-use rarma_core::ldbb::Sense;
+use rarma_rigs::ldbb::Sense;
 use std::path::Path;
 
 /// Degrees between neighbours that are a gap.

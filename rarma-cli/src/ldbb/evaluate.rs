@@ -3,7 +3,7 @@
 use super::runs::{RunData, Static, steps};
 use super::steady::steadied;
 use super::stiffness::{AllRound, Cycle, all_round, moving_cycles, static_cycles, trace};
-use rarma_core::ldbb::{
+use rarma_rigs::ldbb::{
     Circle, Deviation, ErrorFit, LdbbError, MachineErrors, Measured, Sense, Spike, Terms,
     bidirectional, circular_deviation, spikes,
 };

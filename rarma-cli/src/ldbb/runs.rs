@@ -1,7 +1,7 @@
 //! Runs as they are evaluated, wherever they come from.
 
 use hal_sim::plant::ldbb::drive::Recorded;
-use rarma_core::ldbb::{AngleMap, ForceLaw, Held, Sense};
+use rarma_rigs::ldbb::{AngleMap, ForceLaw, Held, Sense};
 
 /// Runs of a table without set pressures whose forces are nearer than this are at one step, N.
 const SAME_N: f64 = 10.0;

@@ -3,7 +3,7 @@
 use super::evaluate::Options;
 use super::runs::{RunData, steps};
 use super::stiffness::rising_map;
-use rarma_core::ldbb::{Harmonics, LdbbError};
+use rarma_rigs::ldbb::{Harmonics, LdbbError};
 
 /// A force that goes on by less than this within a run stays, N: 0.09 µm at 11.8 N/µm.
 const STAYS_N: f64 = 1.0;

@@ -2,7 +2,7 @@
 
 use super::evaluate::Options;
 use super::runs::{RunData, Static, steps};
-use rarma_core::ldbb::{Harmonics, LdbbError, LoadCycle, StiffnessMap, Trace};
+use rarma_rigs::ldbb::{Harmonics, LdbbError, LoadCycle, StiffnessMap, Trace};
 use serde::Serialize;
 
 /// Bins of a circle: 1°.

@@ -3,7 +3,7 @@
 use super::failed;
 use super::place::{one, resolved, taken, there};
 use crate::failure::Failure;
-use rarma_core::wire::{Deframer, head};
+use rarma_box::wire::{Deframer, head};
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};

@@ -6,8 +6,8 @@ use super::{Loaded, load};
 use crate::failure::Failure;
 use crate::speech;
 use hal_sim::rig::{FaultEvent, FaultKind, Noise};
-use rarma_core::settings::SettingValue;
-use rarma_core::wire::Command;
+use rarma_box::settings::SettingValue;
+use rarma_box::wire::Command;
 use serde_json::{Value, json};
 use toml::de::DeTable;
 
@@ -109,7 +109,7 @@ fn listening(file: &str, cut: Loaded) -> Result<AtWork, Failure> {
             0.0,
             set("monitor.spindle", SettingValue::Real(spindle_hz as f32)),
         ),
-        (0.001, Command::Start(rarma_core::guard::Mode::Monitor)),
+        (0.001, Command::Start(rarma_box::guard::Mode::Monitor)),
     ];
     Ok(AtWork {
         name: scenario.name.clone(),

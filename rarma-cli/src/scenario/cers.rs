@@ -200,15 +200,15 @@ fn within_limits(
             ),
         ));
     }
-    let magnet = rarma_core::cers::Geometry::<f64>::textbook().magnet();
+    let magnet = rarma_rigs::cers::Geometry::<f64>::textbook().magnet();
     let flux = magnet.force(bias + peak, known.gap_m).flux_part;
-    if flux > rarma_core::cers::TRUSTED_PART {
+    if flux > rarma_rigs::cers::TRUSTED_PART {
         return Err(root.refuse(
             "bias_a",
             format!(
                 "is {bias}: with the excitation {:.2} A take the iron to {flux:.2} of its knee, the force is trusted up to {} (allowed: less bias_a or rms_a)",
                 bias + peak,
-                rarma_core::cers::TRUSTED_PART
+                rarma_rigs::cers::TRUSTED_PART
             ),
         ));
     }

@@ -8,7 +8,7 @@ use crate::cers::record::CHANNELS;
 use crate::cers::{CersRecord, Drive, Setup, Signal, Truth};
 use crate::failure::Failure;
 use crate::input::InputError;
-use rarma_core::cers::{Eddy, Magnet};
+use rarma_rigs::cers::{Eddy, Magnet};
 use serde_json::Value;
 use std::fs::File;
 use std::io::BufReader;

@@ -8,7 +8,7 @@ use crate::failure::Failure;
 use hal_sim::plant::els::beam::{Segment, Theory};
 use hal_sim::plant::els::link::{Link, LinkLaw};
 use hal_sim::plant::els::{Clamping, ElsConfig};
-use rarma_core::els::CutConfig;
+use rarma_rigs::els::CutConfig;
 use serde_json::{Value, json};
 
 /// The shipped systems: name and text.

@@ -6,7 +6,7 @@ use super::shared::{LENGTH_MM, MM, N_PER_MM2, N_PER_UM};
 use hal_sim::plant::els::beam::{Material, Segment};
 use hal_sim::plant::els::link::{Link, LinkLaw};
 use hal_sim::plant::els::ring::{Elliptic, Ring};
-use rarma_core::els::CutConfig;
+use rarma_rigs::els::CutConfig;
 
 const LOSS: Allowed = Allowed::within(0.0, 1.0);
 const ANGLE_DEG: Allowed = Allowed::within(-360.0, 360.0);

@@ -6,7 +6,7 @@ use super::reader::{Allowed, Refusal, Section};
 use crate::failure::Failure;
 use crate::ldbb::Conditions;
 use hal_sim::plant::ldbb::{AirConfig, BenchConfig, MachineConfig};
-use rarma_core::ldbb::{ForceLaw, Inclination, ProcedureConfig, Setting};
+use rarma_rigs::ldbb::{ForceLaw, Inclination, ProcedureConfig, Setting};
 use serde_json::{Value, json};
 
 /// The shipped tests: name and text.

@@ -13,10 +13,10 @@ use super::biquad::{Biquad, BiquadState, Pass};
 use super::fir::FirStage;
 use crate::real::Real;
 use core::fmt;
-use serde::{Deserialize, Serialize};
 
 /// Band edges, Hz.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Band {
     /// Lower edge (−3 dB of a second-order high-pass), Hz.
     pub low_hz: f64,

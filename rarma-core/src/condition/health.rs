@@ -4,10 +4,10 @@
 //! passed on, its place is taken by the last good one.
 
 use crate::real::Real;
-use serde::{Deserialize, Serialize};
 
 /// What is wrong with the signal, if anything; the gravest first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Fault {
     /// A sample was NaN, infinite or beyond [`LARGEST`] within the last [`HOLD_S`].
     NotFinite,
@@ -35,7 +35,8 @@ pub const CLIPPED_FRACTION: f64 = 0.02;
 pub const CLIP_MEMORY_S: f64 = 0.05;
 
 /// Counts since the start, for the report.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct HealthCounts {
     /// NaN, infinite or impossibly large samples.
     pub not_finite: u32,

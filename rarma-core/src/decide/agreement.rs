@@ -6,11 +6,11 @@
 
 use super::mode::{Label, Mode};
 use crate::real::Real;
-use serde::{Deserialize, Serialize};
 
 /// Who hears the mode in question: the alarm's, else the loudest.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Agreement {
     /// Both do; or both listen and neither hears a mode at all.
     Both,

@@ -13,10 +13,10 @@ use super::mode::{Label, Mode};
 use super::origin::Origin;
 use crate::condition::Fault;
 use crate::real::Real;
-use serde::{Deserialize, Serialize};
 
 /// What the monitor believes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum State {
     /// Not enough signal yet.
     Starting,
@@ -33,7 +33,8 @@ pub enum State {
 }
 
 /// Why the monitor believes it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Reason {
     /// Nothing to remark.
     None,

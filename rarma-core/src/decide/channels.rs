@@ -10,10 +10,10 @@ use super::config::AlarmConfig;
 use super::mode::Mode;
 use crate::condition::Fault;
 use crate::real::Real;
-use serde::{Deserialize, Serialize};
 
 /// What is wrong with a channel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ChannelFault {
     /// Its samples cannot be trusted.
     Samples(Fault),
@@ -25,7 +25,8 @@ pub enum ChannelFault {
 }
 
 /// A channel that is left out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Dropped {
     /// Which, 0 or 1.
     pub channel: u8,

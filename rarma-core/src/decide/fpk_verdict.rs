@@ -3,7 +3,6 @@
 //! Rate: decision rate.
 
 use crate::real::Real;
-use serde::{Deserialize, Serialize};
 
 /// Scintillation of a mode exactly at its limit of stability, averaged damping
 /// h ∝ A³: w(V) is half a Gaussian bell and S = π/2 − 1. Less: self-excited.
@@ -21,7 +20,8 @@ const DOUBTED_Z: f64 = -1.64;
 /// readings of a linear mode lie beyond 3.
 const NOT_STATIONARY_Z: f64 = 3.0;
 /// What the distribution of V says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Amplitude {
     /// Too few independent values.
     #[default]

@@ -6,10 +6,10 @@ use super::config::AlarmConfig;
 use super::origin::Origin;
 use super::sequential::Evidence;
 use crate::real::Real;
-use serde::{Deserialize, Serialize};
 
 /// Where a mode's vibration comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Label {
     /// Undamped, and nothing else explains it.
     SelfExcited,

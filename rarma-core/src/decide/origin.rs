@@ -1,9 +1,8 @@
 //! Where could an undamped vibration come from, if not from the cut itself?
 
-use serde::{Deserialize, Serialize};
-
 /// What else explains a mode's vibration.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Origin {
     /// Nothing: without damping it is self-excited.
     #[default]

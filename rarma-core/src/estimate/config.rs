@@ -1,10 +1,10 @@
 //! Settings of the recursive estimator.
 
 use crate::real::Real;
-use serde::{Deserialize, Serialize};
 
 /// Which derivative of the prediction error drives the recursion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Gradient {
     /// Pseudo-linear regression (RPLR, extended least squares): φ itself. Robust
     /// from a cold start, scatters more on several modes.
@@ -16,7 +16,8 @@ pub enum Gradient {
 }
 
 /// Gain K of θ ← θ + K·e.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(u8)]
 pub enum Gain<T> {
     /// From the covariance of θ, a step in the direction of Newton (eq. 43 of the

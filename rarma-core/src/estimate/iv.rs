@@ -68,8 +68,8 @@ impl<T: Real> IvConfig<T> {
 ///
 /// r, the input power when P last began, makes P free of units. With q = 0 this is
 /// recursive least squares. After n samples without forgetting θ solves
-/// Σ ζ·(y − φᵀθ) = 0 up to the start: the batch method
-/// [`instrumental_variables`](super::batch::instrumental_variables) with p lags.
+/// Σ ζ·(y − φᵀθ) = 0 up to the start, as `rarma_fit::instrumental_variables` with p lags does for
+/// a whole series.
 ///
 /// P is not symmetric, and neither is it definite: nothing but a check keeps it
 /// healthy. Where the denominator comes near 0 the sample is left out; where P is too

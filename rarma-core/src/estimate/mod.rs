@@ -1,11 +1,10 @@
-//! Models from samples: recursive ARMA, and batch fits of a whole series.
+//! Models from samples, a new one at each.
 //!
 //! Words: *innovation*, the one-step prediction error e; *gradient* ψ, minus its
 //! derivative by the parameters; *forgetting* λ, the weight of a sample relative
 //! to the next; *random walk*, the variance by which parameters are allowed to
 //! wander between samples.
 
-pub mod batch;
 mod bounded;
 mod config;
 mod gradient;
@@ -15,7 +14,7 @@ mod rarma;
 mod readings;
 mod restart;
 mod running_whiteness;
-mod schur;
+pub mod schur;
 mod start;
 pub(crate) mod state;
 mod status;

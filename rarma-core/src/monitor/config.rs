@@ -6,10 +6,10 @@ use crate::estimate::{Gradient, RarmaConfig};
 use crate::order::Order;
 use crate::real::Real;
 use crate::verdict::{Listening, VerdictConfig, VerdictError};
-use serde::{Deserialize, Serialize};
 
 /// Everything a monitor needs to know. SI units; `f64` because it is read once.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MonitorConfig {
     /// Sampling rate of the input, Hz.
     pub fs_hz: f64,

@@ -4,16 +4,13 @@
 //! complex roots; *mode*, a pole pair with its place in time kept.
 
 mod aberth;
-mod density;
 mod envelope;
 mod factors;
 mod isolate;
 mod lockin;
 mod poles;
 mod quadratic;
-mod stabilisation;
 
-pub use density::{model_density, welch_density, windowed_density};
 pub use envelope::{
     ENVELOPE_FLOOR_HZ, ENVELOPE_WIDTHS, Envelope, envelope_corner, envelope_half_width,
 };
@@ -22,4 +19,3 @@ pub use isolate::isolate;
 pub use lockin::{LOCKIN_TAU_S, LockIn};
 pub use poles::{Modal, ModalDeviation, deviation, modal};
 pub use quadratic::{Quadratic, Roots};
-pub use stabilisation::{StabilisationConfig, StabilisationError, Stability, stabilise};

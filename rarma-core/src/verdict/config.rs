@@ -1,7 +1,6 @@
 //! The numbers of the verdict, each with its meaning and its unit.
 
 use core::fmt;
-use serde::{Deserialize, Serialize};
 
 /// A number of the verdict: what it usually is, and where it may lie.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,7 +20,8 @@ macro_rules! numbers {
         /// Every number of the verdict that is not given by physics. Evidence is a
         /// log-odds, natural logarithm; what each number does to the curve of detection
         /// against false alarms stands in docs/bench.md.
-        #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
         pub struct VerdictConfig {
             $(
                 $(#[doc = $doc])*

@@ -16,7 +16,7 @@ pub use whole::Mps2Box;
 use super::wav::{ByteSource, WavError, WavSource};
 use crate::board::{Board, Clock, Parts};
 use cortex_m_semihosting::{nr, syscall};
-use rarma_core::wire::MonitorJob;
+use rarma_box::wire::MonitorJob;
 
 /// The job, as postcard.
 pub const JOB_FILE: &str = "job.bin\0";

@@ -15,8 +15,8 @@ use crate::board::{
 use crate::current_loop::{CoilOrder, CoilReport, CurrentLoop, MainSide};
 use core::ops::Range;
 use cortex_m_semihosting::{nr, syscall1};
-use rarma_core::cers::Source;
-use rarma_core::guard::KEPT_BYTES;
+use rarma_box::guard::KEPT_BYTES;
+use rarma_rigs::cers::Source;
 
 /// Samples that may lie untaken before they count as lost.
 const RING: u64 = 2048;

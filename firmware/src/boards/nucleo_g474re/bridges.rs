@@ -19,7 +19,7 @@ use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::Channel;
 use embassy_stm32::timer::complementary_pwm::{BreakInputPolarity, ComplementaryPwm};
 use embassy_stm32::timer::low_level::CountingMode;
-use rarma_core::cers::Source;
+use rarma_rigs::cers::Source;
 
 /// Comparators of the coils in their order.
 const COMPARATORS: [u32; COILS] = [1, 4, 5, 7];

@@ -24,7 +24,7 @@ use embassy_stm32::{Peri, bind_interrupts, peripherals};
 
 use crate::board::{ResetCause, WATCHDOG_US};
 use crate::current_loop::MainSide;
-use rarma_core::guard::KEPT_BYTES;
+use rarma_box::guard::KEPT_BYTES;
 
 macro_rules! pin_set {
     (; $($name:ident: $pin:ident, $function:literal, $connector:literal, $signal:literal;)*) => {

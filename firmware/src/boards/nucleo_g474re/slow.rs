@@ -12,8 +12,8 @@ use crate::board::{
 use crate::current_loop::{CoilOrder, CoilReport};
 use core::ops::Range;
 use embassy_stm32::pac::{ADC4, ADC5, DAC1, GPIOA, GPIOC};
-use rarma_core::cers::Source;
-use rarma_core::guard::KEPT_BYTES;
+use rarma_box::guard::KEPT_BYTES;
+use rarma_rigs::cers::Source;
 
 /// Pin of the power stage's enable: PC9.
 const POWER_STAGE: usize = 9;

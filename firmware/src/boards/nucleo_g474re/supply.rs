@@ -8,7 +8,7 @@ use super::slow::LastResort;
 use crate::last_words::last_words;
 use embassy_stm32::interrupt::typelevel::{self, Handler, Interrupt};
 use embassy_stm32::pac::{EXTI, PWR};
-use rarma_core::guard::FaultCode;
+use rarma_box::guard::FaultCode;
 
 /// The monitor's line of the interrupt controller.
 const LINE: usize = 16;

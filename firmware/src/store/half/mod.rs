@@ -15,7 +15,7 @@ use super::place_of;
 use super::record::{Claim, PAGE, RECORD_MOST, Record, WORD, size};
 use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
-use rarma_core::settings::COUNT;
+use rarma_box::settings::COUNT;
 
 /// What the record of a page says: this format.
 const FORMAT: &[u8] = &[2];

@@ -253,7 +253,7 @@ mod tests {
     /// at a coarse and a fine substep.
     #[test]
     fn flux_lags_the_current_as_diffusion_says() {
-        use rarma_core::cers::Eddy;
+        use rarma_rigs::cers::Eddy;
         let config = CoilConfig {
             saturation_t: 3.0,
             ..CoilConfig::default()

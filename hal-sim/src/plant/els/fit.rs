@@ -8,7 +8,7 @@ use super::assembly::ElsModel;
 use super::config::{Clamping, ElsConfig, ElsModelError, Place, check};
 use super::ring::Ring;
 use nalgebra::{DMatrix, DVector, Vector2};
-use rarma_core::els::Receptance;
+use rarma_rigs::els::Receptance;
 use std::fmt;
 
 /// Deflection along the load under one load.

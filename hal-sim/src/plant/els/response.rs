@@ -5,7 +5,7 @@ use super::config::{ElsModelError, Place, check};
 use super::modes::{eigen, rigid};
 use core::f64::consts::TAU;
 use nalgebra::{Complex, DMatrix};
-use rarma_core::els;
+use rarma_rigs::els;
 
 /// Modes up to this multiple of the highest line are kept; the others answer statically.
 const KEPT: f64 = 8.0;

@@ -3,7 +3,7 @@
 
 use super::bench::{Bench, BenchConfig, Reading};
 use super::motion::{MotionFault, Program};
-use rarma_core::ldbb::{
+use rarma_rigs::ldbb::{
     Event, Held, Procedure, ProcedureConfig, RunDone, RunFault, Schedule, Seen, Sense, Stage,
     Standing, StandingConfig, StandingEvent, ValveConfig, ValveLoop,
 };

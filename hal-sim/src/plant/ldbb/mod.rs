@@ -8,7 +8,7 @@
 //!   can go wrong with it;
 //! * [`mod@bench`] all of it together, a millisecond at a time, [`drive`] a whole test of it.
 //!
-//! Signs as in [`rarma_core::ldbb`]: θ from +X towards +Y, a longer bar is positive.
+//! Signs as in [`rarma_rigs::ldbb`]: θ from +X towards +Y, a longer bar is positive.
 
 pub mod air;
 pub mod bench;

@@ -1,6 +1,6 @@
 //! The machine's program: in along the radius, the arc, out again.
 
-use rarma_core::ldbb::Sense;
+use rarma_rigs::ldbb::Sense;
 
 /// One circle as it is programmed.
 #[derive(Debug, Clone, Copy, PartialEq)]

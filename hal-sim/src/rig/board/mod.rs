@@ -12,7 +12,7 @@ use crate::plant::cers::ExciterConfig;
 use firmware::board::{Contacts, Emergency, Lights, ResetCause};
 use firmware::current_loop::MainSide;
 use firmware::{BoardError, BoardErrorKind, CurrentLoop};
-use rarma_core::guard::KEPT_BYTES;
+use rarma_box::guard::KEPT_BYTES;
 use std::collections::VecDeque;
 use std::fmt;
 

@@ -12,8 +12,8 @@ use firmware::current_loop::{CoilOrder, CoilReport};
 use firmware::{Block, BoardErrorKind, BoxBoard};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rarma_core::cers::Source;
-use rarma_core::guard::KEPT_BYTES;
+use rarma_box::guard::KEPT_BYTES;
+use rarma_rigs::cers::Source;
 use std::ops::Range;
 
 impl BoxBoard for SimRig {

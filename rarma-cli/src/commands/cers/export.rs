@@ -6,8 +6,8 @@ use crate::cers::response::{Response, Sensor};
 use crate::failure::Failure;
 use crate::input::{Plane, Role, write_uff};
 use crate::output;
-use rarma_core::cers::Quantity;
-use rarma_core::els::{Complex, Receptance};
+use rarma_rigs::cers::Quantity;
+use rarma_rigs::els::{Complex, Receptance};
 use serde_json::json;
 use std::fmt::Write as _;
 

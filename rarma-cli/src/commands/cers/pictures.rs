@@ -10,8 +10,8 @@ use crate::cers::sweep::Track;
 use crate::commands::els::pictures::above;
 use crate::report::chart::{Chart, Mark, Scale, Series, table};
 use crate::report::map::Map;
-use rarma_core::cers::Quantity;
-use rarma_core::spectrum::welch_density;
+use rarma_fit::welch_density;
+use rarma_rigs::cers::Quantity;
 
 /// Columns and rows of the waterfall, and its top, Hz.
 const COLUMNS: usize = 240;

@@ -4,9 +4,9 @@ use crate::failure::Failure;
 use crate::frames::FrameReader;
 use crate::output::RecordFile;
 use crate::port::Port;
-use rarma_core::guard::Severity;
-use rarma_core::settings::{LINK_KEY, SettingValue};
-use rarma_core::wire::{Answer, Command, Head, LinkKey, MAX_FRAME, Refused, Speaker, Telemetry};
+use rarma_box::guard::Severity;
+use rarma_box::settings::{LINK_KEY, SettingValue};
+use rarma_box::wire::{Answer, Command, Head, LinkKey, MAX_FRAME, Refused, Speaker, Telemetry};
 use std::time::{Duration, Instant};
 
 const HEARTBEAT: Duration = Duration::from_millis(100);

@@ -8,7 +8,7 @@ use crate::failure::Failure;
 use crate::input::{self, Plane, ReadOptions, Recording, Role, write_uff};
 use crate::output;
 use crate::report::chart::table;
-use rarma_core::els::{AgreedMode, Complex, Receptance, fit_modes, static_stiffness};
+use rarma_rigs::els::{AgreedMode, Complex, Receptance, fit_modes, static_stiffness};
 use serde::Serialize;
 use std::path::Path;
 

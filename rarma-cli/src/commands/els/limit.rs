@@ -6,7 +6,7 @@ use crate::els::diagram::{Diagram, diagram};
 use crate::failure::Failure;
 use crate::input::{Function, Plane, Role, merge, read_receptances, write_uff};
 use crate::output;
-use rarma_core::els::{ElsError, static_stiffness};
+use rarma_rigs::els::{ElsError, static_stiffness};
 use serde::Serialize;
 use std::path::Path;
 
@@ -142,7 +142,7 @@ pub(super) fn within(plane: Plane, band: Option<(f64, f64)>) -> Plane {
     Plane { f_hz, g, ..plane }
 }
 
-fn drawn(plane: &Plane) -> Vec<(String, Vec<rarma_core::els::Complex<f64>>)> {
+fn drawn(plane: &Plane) -> Vec<(String, Vec<rarma_rigs::els::Complex<f64>>)> {
     plane
         .measured
         .iter()

@@ -4,7 +4,7 @@ use crate::els::diagram::Diagram;
 use crate::els::machine::{DeflectionCase, LoadCase, Picture};
 use crate::report::chart::{Chart, Mark, Scale, Series, table};
 use crate::report::polar::{Polar, PolarSeries};
-use rarma_core::els::Complex;
+use rarma_rigs::els::Complex;
 
 /// A round number at or above a value, for the end of an axis.
 pub(in crate::commands) fn above(value: f64) -> f64 {

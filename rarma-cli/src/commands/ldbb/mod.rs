@@ -93,7 +93,7 @@ fn answer(circles: &Circles, known: &KnownArgs, file: &str) -> Result<Answer, Fa
             p_bar: 1e-5 * r.pressure_pa,
             force_n: r.force_n,
             readings: r.points.len(),
-            circular_deviation_um: rarma_core::ldbb::circular_deviation(
+            circular_deviation_um: rarma_rigs::ldbb::circular_deviation(
                 &crate::ldbb::stiffness::trace(r),
             )
             .map_or(f64::NAN, |d| 1e6 * d.least_squares_m),

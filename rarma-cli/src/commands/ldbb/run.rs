@@ -8,7 +8,7 @@ use crate::ldbb::{Static, from_recorded};
 use crate::output;
 use crate::scenario::{LdbbScenario, SHIPPED_LDBB, ldbb_schema, load_ldbb, parse_ldbb};
 use hal_sim::plant::ldbb::drive::{Trouble, circles, standing};
-use rarma_core::ldbb::{ForceLaw, Held, Schedule, StandingConfig, ValveConfig};
+use rarma_rigs::ldbb::{ForceLaw, Held, Schedule, StandingConfig, ValveConfig};
 use std::path::Path;
 
 pub(super) fn main(args: &LdbbRunArgs) -> Result<u8, Failure> {

@@ -10,7 +10,7 @@
 use super::super::table::{Dialect, hole, not_a_number};
 use super::super::{InputError, Problem};
 use super::{Function, Motion, Role};
-use rarma_core::els::Complex;
+use rarma_rigs::els::Complex;
 
 /// A column name taken apart.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,7 +2,7 @@
 
 use super::super::{InputError, Problem};
 use super::Function;
-use rarma_core::els::{Complex, Receptance};
+use rarma_rigs::els::{Complex, Receptance};
 use std::path::PathBuf;
 
 /// Which of the four a function is: response first, excitation second.

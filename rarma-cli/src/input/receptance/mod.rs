@@ -19,7 +19,7 @@ pub use merge::{Plane, Role, merge};
 pub use uff_write::write_uff;
 
 use super::{InputError, Problem, whole};
-use rarma_core::els::Complex;
+use rarma_rigs::els::Complex;
 use std::path::{Path, PathBuf};
 
 /// One frequency response function in m/N.

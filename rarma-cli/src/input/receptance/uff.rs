@@ -10,7 +10,7 @@ use super::uff_numbers::{
     Cursor, cut_short, field, force_of, length_of, number, numbers_binary, numbers_text, whole,
 };
 use super::{Function, Motion, Role};
-use rarma_core::els::Complex;
+use rarma_rigs::els::Complex;
 
 /// Units of a file, factors that divide its numbers to give SI (dataset 164).
 #[derive(Debug, Clone, Copy, PartialEq)]

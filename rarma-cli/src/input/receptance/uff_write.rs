@@ -1,7 +1,7 @@
 //! Universal files out: dataset 164 once, then one dataset 58 a function.
 
 use super::{Plane, Role};
-use rarma_core::els::Complex;
+use rarma_rigs::els::Complex;
 use std::fmt::Write as _;
 
 /// The measured functions of a plane as a universal file, double precision, SI.

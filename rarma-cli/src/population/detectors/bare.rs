@@ -3,7 +3,7 @@
 use super::monitor::{config, run};
 use super::{Detector, Recording, Said};
 use crate::failure::Failure;
-use rarma_core::wire::Telemetry;
+use rarma_box::wire::Telemetry;
 
 /// The threshold must be passed for so long, s.
 const HELD_S: f64 = 0.1;

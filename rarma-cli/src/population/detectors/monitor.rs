@@ -3,9 +3,9 @@
 use super::{Alarm, Detector, Recording, Said};
 use crate::failure::Failure;
 use firmware::monitor::MonitorDuty;
+use rarma_box::wire::{MonitorJob, Telemetry};
 use rarma_core::decide::State;
 use rarma_core::monitor::MonitorConfig;
-use rarma_core::wire::{MonitorJob, Telemetry};
 
 /// Poles are looked at this often, s.
 const EVERY_S: f64 = 0.01;

@@ -18,7 +18,6 @@ use crate::condition::{
 use crate::decide::SPEED_ACCURACY;
 use crate::real::Real;
 use moving::Moving;
-use serde::{Deserialize, Serialize};
 use standing::Standing;
 
 /// The model hears up to this part of its rate, and down to this part of the band's lower
@@ -40,7 +39,8 @@ const UNCONFIRMED: (f64, f64) = (0.8, 0.02);
 /// and until then the first multiples stay in doubt.
 const HEARD_FRAMES: f64 = 2.3;
 /// Who says the speed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum SpeedSource {
     /// Nobody.
     #[default]

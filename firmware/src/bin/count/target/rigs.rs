@@ -7,13 +7,13 @@ use firmware::board::{AdcCode, BoardError, BoardErrorKind, COILS, CoilBridge, GA
 use firmware::current_loop::{
     CoilAction, CoilLimits, CoilOrder, CurrentLoop, ForceScale, MainSide,
 };
-use rarma_core::cers::{
+use rarma_box::guard::RigState;
+use rarma_box::settings::Settings;
+use rarma_box::wire::CircleJob;
+use rarma_rigs::cers::{
     AxisForce, Direction, ExcitationJob, Geometry, RegulatorConfig, Signal, Source,
 };
-use rarma_core::guard::RigState;
-use rarma_core::ldbb::ValveConfig;
-use rarma_core::settings::Settings;
-use rarma_core::wire::CircleJob;
+use rarma_rigs::ldbb::ValveConfig;
 
 /// One millisecond of the ball bar during a capture: valve loop, sequence, readings.
 pub struct Bar(BarDuty, ValveConfig, RigState);

@@ -1,7 +1,5 @@
 //! Settings of a tacho, and what it says.
 
-use serde::{Deserialize, Serialize};
-
 /// Settings of a [`Tacho`](super::Tacho).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TachoConfig {
@@ -42,7 +40,8 @@ pub enum TachoError {
 }
 
 /// What is wrong with the pulses.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum TachoFault {
     /// No pulse at all, or none for two intervals of the slowest speed.
     Silent,
