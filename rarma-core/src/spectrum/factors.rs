@@ -75,6 +75,7 @@ impl<T: Real, const P: usize> Default for FactorTracker<T, P> {
 
 impl<T: Real, const P: usize> FactorTracker<T, P> {
     /// Zeros, until [`Self::restart`].
+    #[cfg(feature = "monitor")]
     pub(crate) const BLANK: Self = Self {
         factors: [Quadratic::BLANK; P],
         search: [Quadratic::BLANK; P],

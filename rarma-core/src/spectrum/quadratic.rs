@@ -34,6 +34,7 @@ pub(super) struct Residue<T> {
 
 impl<T: Real> Quadratic<T> {
     /// Both roots at 0.
+    #[cfg(feature = "monitor")]
     pub(super) const BLANK: Self = Self {
         u: T::ZERO,
         v: T::ZERO,

@@ -8,6 +8,7 @@ mod cargo_deny;
 pub mod commands;
 pub mod dependencies;
 mod fuzz;
+mod packed;
 mod python;
 mod spdx;
 mod stages;

@@ -5,7 +5,7 @@ use std::process::Command;
 
 use super::cargo_deny::CargoDeny;
 use super::summary::Outcome;
-use super::{Request, commands, dependencies, fuzz, python};
+use super::{Request, commands, dependencies, fuzz, packed, python};
 use crate::chip::figures::Figures;
 use crate::chip::model::Model;
 use crate::fuzz::{long_form, targets};
@@ -25,7 +25,8 @@ pub const ALL: &[(&str, Check)] = &[
     ("docs", docs),
     ("licences and sources", licences),
     ("target toolchain", toolchain),
-    ("core without std", core_without_std),
+    ("rooms without std", rooms_without_std),
+    ("packed crates", packed::check),
     ("firmware image", firmware_image),
     ("board image", board_image),
     ("host tests", host_tests),
@@ -49,8 +50,8 @@ const COUNT_TABLE: &str = "README.md";
 pub struct Bench<'a> {
     pub(super) workspace: &'a Workspace,
     request: Request,
-    /// The target's toolchain, or why there is none.
-    toolchain: std::result::Result<ArmToolchain, String>,
+    /// The target's toolchain, or why there is none; nothing until it has been looked for.
+    toolchain: Option<std::result::Result<ArmToolchain, String>>,
     /// The emulated board's image, once built.
     pub(super) image: Option<PathBuf>,
     /// The image for the real board and the model of its chip, once both are there.
@@ -63,7 +64,7 @@ impl<'a> Bench<'a> {
         Self {
             workspace,
             request,
-            toolchain: Err("not looked for yet".to_owned()),
+            toolchain: None,
             image: None,
             board: None,
         }
@@ -74,13 +75,39 @@ impl<'a> Bench<'a> {
         self.request.long
     }
 
-    fn cargo(&self, arguments: &[&str]) -> Command {
+    fn look_for_toolchain(&mut self) -> Result<ArmToolchain> {
+        let found = ArmToolchain::find_or_make(self.workspace)
+            .and_then(|toolchain| qemu::ensure_installed().map(|()| toolchain));
+        let kept = found.clone();
+        self.toolchain = Some(kept.map_err(|failure| {
+            let story = failure.to_string();
+            format!(
+                "no target toolchain: {}",
+                story.lines().next().unwrap_or_default()
+            )
+        }));
+        found
+    }
+
+    /// The target's toolchain, or in one line why there is none. A check that runs alone looks for
+    /// it itself.
+    pub(super) fn toolchain(&mut self) -> std::result::Result<ArmToolchain, String> {
+        if self.toolchain.is_none() {
+            // The reason is kept.
+            let _ = self.look_for_toolchain();
+        }
+        self.toolchain
+            .clone()
+            .unwrap_or_else(|| Err("no target toolchain".to_owned()))
+    }
+
+    pub(super) fn cargo(&self, arguments: &[&str]) -> Command {
         let mut cargo = process::host_cargo(self.workspace);
         cargo.args(arguments);
         cargo
     }
 
-    fn pass_if(&self, command: &mut Command) -> Result<Outcome> {
+    pub(super) fn pass_if(&self, command: &mut Command) -> Result<Outcome> {
         println!("{}", process::spelled(command));
         process::run(command).map(|()| Outcome::passed())
     }
@@ -107,9 +134,9 @@ impl<'a> Bench<'a> {
 /// Ends a check that needs the target where there is none.
 macro_rules! toolchain_or_skip {
     ($bench:expr) => {
-        match &$bench.toolchain {
+        &match $bench.toolchain() {
             Ok(toolchain) => toolchain,
-            Err(why) => return Ok(Outcome::Skipped(why.clone())),
+            Err(why) => return Ok(Outcome::Skipped(why)),
         }
     };
 }
@@ -154,30 +181,26 @@ fn licences(bench: &mut Bench<'_>) -> Result<Outcome> {
 
 /// Without a toolchain, or without an emulator, every check on the target is skipped.
 fn toolchain(bench: &mut Bench<'_>) -> Result<Outcome> {
-    let found = ArmToolchain::find_or_make(bench.workspace)
-        .and_then(|toolchain| qemu::ensure_installed().map(|()| toolchain));
-    let outcome = match &found {
+    let outcome = match bench.look_for_toolchain() {
         Ok(toolchain) => Outcome::Passed(toolchain.description().to_owned()),
         Err(failure) => Outcome::Skipped(failure.to_string()),
     };
-    bench.toolchain = found.map_err(|failure| {
-        let story = failure.to_string();
-        format!(
-            "no target toolchain: {}",
-            story.lines().next().unwrap_or_default()
-        )
-    });
     Ok(outcome)
 }
 
-fn core_without_std(bench: &mut Bench<'_>) -> Result<Outcome> {
+fn rooms_without_std(bench: &mut Bench<'_>) -> Result<Outcome> {
     let mut cargo = toolchain_or_skip!(bench).cargo(bench.workspace);
     cargo
         .args([
             "build",
             "--package",
             "rarma-core",
-            "--no-default-features",
+            "--package",
+            "rarma-fit",
+            "--package",
+            "rarma-rigs",
+            "--package",
+            "rarma-box",
             "--target",
             TARGET,
             "--profile",

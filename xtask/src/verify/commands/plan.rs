@@ -343,7 +343,7 @@ mod tests {
             ignored: true,
         };
         assert_eq!(found, Ok(Plan::Tests(want)));
-        let found = plan("cargo test --release -p rarma-core --lib arx -- --nocapture");
+        let found = plan("cargo test --release -p rarma-fit --lib arx -- --nocapture");
         let Ok(Plan::Tests(found)) = found else {
             panic!("{found:?}")
         };
