@@ -17,6 +17,7 @@ mod mode;
 mod onset;
 mod origin;
 mod places;
+mod runaway;
 mod sequential;
 mod steady;
 mod structure;
@@ -43,6 +44,7 @@ pub use mode::{Label, Mode, ModeTrack, Reading, SAME_MODE};
 pub use onset::Onset;
 pub use origin::Origin;
 pub use places::{Places, Sight};
+pub use runaway::Runaway;
 pub use sequential::{
     DAMPED_RATIO, ENOUGH, ENOUGH_BACK, Evidence, LEAST_USUAL_RATIO, SequentialTest, UNDAMPED_RATIO,
     USUAL_RATIO,

@@ -2,7 +2,8 @@
 
 use super::spindle::Spindle;
 use crate::decide::{
-    AlarmConfig, Evidence, ModeTrack, Origin, Places, Reading, Rotation, SequentialTest, Steadiness,
+    AlarmConfig, Evidence, ModeTrack, Origin, Places, Reading, Rotation, Runaway, SequentialTest,
+    Steadiness,
 };
 use crate::real::Real;
 use crate::spectrum::{LOCKIN_TAU_S, LockIn, Modal, ModalDeviation};
@@ -21,6 +22,7 @@ pub(super) struct Slot<T> {
     at: LockIn<T>,
     test: SequentialTest<T>,
     steadiness: Steadiness<T>,
+    runaway: Runaway<T>,
     /// Frequency of the line that is loudest at the mode, Hz, and for how long it has been
     /// averaged, s.
     line: (T, T),
@@ -34,6 +36,7 @@ impl<T: Real> Default for Slot<T> {
             at: LockIn::default(),
             test: SequentialTest::default(),
             steadiness: Steadiness::default(),
+            runaway: Runaway::default(),
             line: (T::ZERO, T::ZERO),
             steered: T::ZERO,
             track: ModeTrack::default(),
@@ -95,11 +98,17 @@ impl<T: Real> Slot<T> {
         self.steadiness.is_steady()
     }
 
+    /// It grows by its own damping.
+    pub(super) fn runs_away(&self) -> bool {
+        self.runaway.is_certain()
+    }
+
     /// Nothing is there.
     pub(super) fn reset(&mut self) {
         self.track.reset();
         self.test.reset();
         self.steadiness.reset();
+        self.runaway = Runaway::default();
     }
 
     /// The mode as it is now, and the power at it. Steers the lock-in and the test.
@@ -113,12 +122,15 @@ impl<T: Real> Slot<T> {
         if self.track.follow(frequency) {
             self.test.reset();
             self.steadiness.reset();
+            self.runaway = Runaway::default();
         }
         self.follow_line(frequency, around.period_s);
         let angle = T::from_f64(2.0) * T::PI * frequency / around.fs;
         self.at.steer(angle);
         let here = self.at.power();
         self.steadiness.note(here, around.period_s);
+        let damping = (modal.damping, sd.damping);
+        self.runaway.note(frequency, damping, here, around.period_s);
         let steady = self.steadiness.is_steady();
         // What was taken for a mode of low damping is none if its amplitude is that of a limit
         // cycle.

@@ -91,7 +91,10 @@ impl<T: Real> Monitor<T> {
         let bad = !self.trusts_samples();
         let mut event = AlarmEvent::None;
         let is_heard = cutting && fault.is_none() && !self.onset.is_falling(self.power);
-        let may_call = modes.map(|mode| is_heard && mode.is_some_and(|mode| self.may_call(&mode)));
+        let mut may_call = [false; MAX_MODES];
+        for ((may_call, mode), slot) in may_call.iter_mut().zip(modes).zip(&self.slots) {
+            *may_call = is_heard && mode.is_some_and(|mode| self.may_call(&mode, slot.runs_away()));
+        }
         if ready && !bad {
             let callers = Callers {
                 modes: &may_call,
@@ -177,24 +180,27 @@ impl<T: Real> Monitor<T> {
         self.heard_speed || self.spindle.is_told()
     }
 
-    /// A mode may call that loses its damping, or that grew while no idle was heard to tell a
-    /// line's level by; where the speed is known only if the lines hold that the rotation does not
-    /// make it. Where it is not, one may call, too, whose line would be called if the rotation did
-    /// not make it.
-    fn may_call(&self, mode: &Mode<T>) -> bool {
+    /// A mode may call that loses its damping, that grows by its own damping (`runs_away`), or
+    /// that grew while no idle was heard to tell a line's level by; where the speed is known only if
+    /// the lines hold that the rotation does not make it. Where it is not, one may call, too, whose
+    /// line would be called if the rotation did not make it.
+    fn may_call(&self, mode: &Mode<T>, runs_away: bool) -> bool {
         if !self.hears_lines {
             return true;
         }
         let grew = mode.grew && self.idle.idle_level().is_none();
         if !self.knows_speed() {
             let is_near = |hz: T| (hz - mode.frequency).abs() < hz * T::from_f64(SAME_LINE);
-            return mode.was_damped || grew || self.suspected_line(false).is_some_and(is_near);
+            return mode.was_damped
+                || grew
+                || runs_away
+                || self.suspected_line(false).is_some_and(is_near);
         }
         let forced = self.sources.forced_at(mode.frequency);
         let is_free = forced.is_some_and(|forced| forced < T::from_f64(FREE));
         // Flip chatter lies on multiples of the speed: there its damping alone can tell.
         let is_flip = mode.origin == Origin::Unknown;
-        (mode.was_damped && (is_free || is_flip)) || (grew && is_free)
+        (mode.was_damped && (is_free || is_flip)) || ((grew || runs_away) && is_free)
     }
 
     /// A line that was removed as it stood, though it may be self-excited, is as loud as one
