@@ -1,0 +1,90 @@
+#!/usr/bin/python3
+"""Stands where LinuxCNC's screen would be: runs programs as it is told on a socket.
+
+A line `run S F` cuts in a straight line at S 1/min and F mm/min; `override P` turns the operator's
+own override of the spindle to P percent; `abort` ends the program; `estop` is the emergency
+stop; `quit` ends LinuxCNC. Each is answered with `done`.
+"""
+
+import socket
+import sys
+import time
+
+import linuxcnc
+
+ADDRESS = ("127.0.0.1", 9872)
+PROGRAM = "cut.ngc"
+
+command = linuxcnc.command()
+status = linuxcnc.stat()
+
+
+def until(ready, seconds=5.0):
+    """Waits for a state; in automatic mode wait_complete would block."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        status.poll()
+        if ready():
+            return
+        time.sleep(0.005)
+    raise TimeoutError(f"state {status.task_state}, mode {status.task_mode}")
+
+
+def switch_on():
+    command.state(linuxcnc.STATE_ESTOP_RESET)
+    until(lambda: status.task_state != linuxcnc.STATE_ESTOP)
+    command.state(linuxcnc.STATE_ON)
+    until(lambda: status.task_state == linuxcnc.STATE_ON)
+
+
+def run(speed, feed):
+    switch_on()
+    with open(PROGRAM, "w", encoding="ascii") as program:
+        program.write(f"G21 G90 G94 M52 P1\nM3 S{speed}\nG0 X0 Y0 Z0\nG1 X9000 F{feed}\nM5\nM2\n")
+    command.mode(linuxcnc.MODE_AUTO)
+    until(lambda: status.task_mode == linuxcnc.MODE_AUTO)
+    command.program_open(PROGRAM)
+    time.sleep(0.1)
+    command.auto(linuxcnc.AUTO_RUN, 0)
+    until(lambda: status.interp_state != linuxcnc.INTERP_IDLE)
+
+
+def abort():
+    command.abort()
+    until(lambda: status.interp_state == linuxcnc.INTERP_IDLE)
+    command.mode(linuxcnc.MODE_MANUAL)
+    until(lambda: status.task_mode == linuxcnc.MODE_MANUAL)
+    command.spindle(linuxcnc.SPINDLE_OFF)
+    command.spindleoverride(1.0)
+
+
+def obey(line):
+    """Returns False when it is to end."""
+    name, *values = line.split()
+    if name == "run":
+        run(float(values[0]), float(values[1]))
+    elif name == "override":
+        command.spindleoverride(float(values[0]) / 100.0)
+    elif name == "abort":
+        abort()
+    elif name == "estop":
+        command.state(linuxcnc.STATE_ESTOP)
+        until(lambda: status.task_state == linuxcnc.STATE_ESTOP)
+    else:
+        return name != "quit"
+    return True
+
+
+def main():
+    with socket.create_server(ADDRESS) as listening:
+        peer, _ = listening.accept()
+        with peer, peer.makefile("rw") as lines:
+            for line in lines:
+                if not obey(line):
+                    return
+                lines.write("done\n")
+                lines.flush()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
