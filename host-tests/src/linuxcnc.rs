@@ -1,0 +1,162 @@
+//! A real LinuxCNC with its simulated spindle, without a screen, for tests.
+
+use crate::act_loop::Turns;
+use rarma_cli::controller::Actor;
+use rarma_core::act::Reading;
+use std::fs;
+use std::io::{BufRead, BufReader, Write};
+use std::net::TcpStream;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Where tools/linuxcnc/sim/run.py and rarma_override.py listen.
+const RUNNER: &str = "127.0.0.1:9872";
+/// See [`RUNNER`].
+pub const COMPONENT: &str = "127.0.0.1:9871";
+/// It has this long to start.
+const START: Duration = Duration::from_secs(60);
+
+/// One that runs.
+pub struct LinuxCnc {
+    child: Child,
+    lines: BufReader<TcpStream>,
+}
+
+impl LinuxCnc {
+    /// Starts it in a folder of its own, as another user where this one is root: it will not
+    /// run as root.
+    ///
+    /// # Panics
+    /// It does not start: what it said stands in the folder's `said.txt`.
+    #[must_use]
+    pub fn start(folder: &Path) -> Self {
+        let tools = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tools/linuxcnc");
+        for name in [
+            "rarma.hal",
+            "rarma_override.py",
+            "sim/mill.ini",
+            "sim/run.py",
+            "sim/spindle.hal",
+        ] {
+            let from = tools.join(name);
+            let to = folder.join(from.file_name().expect("a name"));
+            fs::copy(&from, to).expect("copied");
+        }
+        for empty in ["mill.var", "mill.tbl"] {
+            fs::write(folder.join(empty), "").expect("written");
+        }
+        let edit = |name: &str, from: &str, to: &str| {
+            let path = folder.join(name);
+            let text = fs::read_to_string(&path).expect("read");
+            assert!(text.contains(from), "{name}: {from}");
+            fs::write(path, text.replace(from, to)).expect("written");
+        };
+        // Some versions want the whole path.
+        let runner = folder.join("run.py").display().to_string();
+        edit("mill.ini", "./run.py", &runner);
+        edit("rarma.hal", "rarma-least 0.8", "rarma-least 0.5");
+        edit("rarma.hal", "rarma-most 1.2", "rarma-most 1.5");
+        let said = fs::File::create(folder.join("said.txt")).expect("a file");
+        let root = fs::metadata("/proc/self").is_ok_and(|m| {
+            use std::os::unix::fs::MetadataExt as _;
+            m.uid() == 0
+        });
+        let ini = folder.join("mill.ini");
+        let mut command = if root {
+            let owned = Command::new("chown")
+                .args(["-R", "nobody"])
+                .arg(folder)
+                .status();
+            assert!(owned.expect("chown").success());
+            let mut command = Command::new("runuser");
+            // It goes by the user's own home if it is not told here.
+            let home = format!("HOME={}", folder.display());
+            command.args(["-u", "nobody", "--", "env", &home, "linuxcnc"]);
+            command
+        } else {
+            Command::new("linuxcnc")
+        };
+        let child = command
+            .args(["-r".as_ref(), ini.as_os_str()])
+            .current_dir(folder)
+            .env("HOME", folder)
+            .env_remove("DISPLAY")
+            .stdin(Stdio::null())
+            .stderr(said.try_clone().expect("a file"))
+            .stdout(said)
+            .spawn()
+            .expect("linuxcnc");
+        let begun = Instant::now();
+        let socket = loop {
+            match TcpStream::connect(RUNNER) {
+                Ok(socket) => break socket,
+                Err(why) => {
+                    let told = fs::read_to_string(folder.join("said.txt")).unwrap_or_default();
+                    assert!(begun.elapsed() < START, "{why}: {told}");
+                    thread::sleep(Duration::from_millis(200));
+                }
+            }
+        };
+        Self {
+            child,
+            lines: BufReader::new(socket),
+        }
+    }
+
+    /// Tells tools/linuxcnc/sim/run.py something.
+    ///
+    /// # Panics
+    /// It is not done.
+    pub fn say(&mut self, line: &str) {
+        let socket = self.lines.get_mut();
+        writeln!(socket, "{line}").expect("it listens");
+        let mut answer = String::new();
+        self.lines.read_line(&mut answer).expect("an answer");
+        assert_eq!(answer, "done\n", "{line}");
+    }
+}
+
+impl Drop for LinuxCnc {
+    fn drop(&mut self) {
+        let _ = writeln!(self.lines.get_mut(), "quit");
+        let _ = self.child.wait();
+    }
+}
+
+/// The cut goes on as fast as it would, at the speed that LinuxCNC's spindle has.
+#[derive(Debug)]
+pub struct RealTime {
+    begun: Instant,
+    played_s: f64,
+    last_hz: f64,
+    /// The longest that the cut was behind the clock, s.
+    pub late_s: f64,
+}
+
+impl RealTime {
+    /// From now on.
+    #[must_use]
+    pub fn from_now(hz: f64) -> Self {
+        Self {
+            begun: Instant::now(),
+            played_s: 0.0,
+            last_hz: hz,
+            late_s: 0.0,
+        }
+    }
+}
+
+impl Turns for RealTime {
+    fn turn(&mut self, actor: &Actor, dt_s: f64) -> f64 {
+        self.played_s += dt_s;
+        let ahead_s = self.played_s - self.begun.elapsed().as_secs_f64();
+        self.late_s = self.late_s.max(-ahead_s);
+        thread::sleep(Duration::from_secs_f64(ahead_s.max(0.0)));
+        if let Some(hz) = actor.reading().and_then(Reading::spindle_hz) {
+            self.last_hz = hz;
+        }
+        self.last_hz
+    }
+}
