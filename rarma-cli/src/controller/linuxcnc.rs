@@ -9,9 +9,16 @@ use crate::failure::Failure;
 use crate::port::Port;
 use rarma_core::act::{Order, Overrides, Reading};
 use serde::{Deserialize, Serialize};
+use std::time::{Duration, Instant};
 
 /// Where the component listens, if nobody says so.
 pub const USUAL_ADDRESS: &str = "127.0.0.1:9871";
+/// The commanded speed and the operator's override come from two parts of LinuxCNC that look at
+/// each other every 20 ms: for so long they may not fit, and a turn of the override looks like
+/// another programmed speed. Twice what was seen of a busy computer.
+const SETTLES: Duration = Duration::from_millis(150);
+/// Two programmed speeds this near are one, as a part.
+const SAME_SPEED: f64 = 0.005;
 /// No line is longer, bytes.
 const LONGEST: usize = 4096;
 
@@ -46,12 +53,41 @@ enum Say<'a> {
     Propose(&'a [f64]),
 }
 
+/// The programmed speed, worked out of two numbers that are not of the same moment.
+#[derive(Debug, Default)]
+struct Program {
+    hz: f64,
+    /// Another one, and since when it has been seen.
+    other: Option<(f64, Instant)>,
+}
+
+impl Program {
+    /// Takes what commanded speed and override give now; another speed counts once it stays.
+    fn take(&mut self, hz: f64, now: Instant) -> f64 {
+        let near = |of: f64| (hz - of).abs() <= SAME_SPEED * of;
+        if near(self.hz) || self.hz == 0.0 {
+            (self.hz, self.other) = (hz, None);
+            return self.hz;
+        }
+        match self.other {
+            Some((other, since)) if near(other) => {
+                if now - since >= SETTLES {
+                    (self.hz, self.other) = (hz, None);
+                }
+            }
+            _ => self.other = Some((hz, now)),
+        }
+        self.hz
+    }
+}
+
 /// A LinuxCNC at the other end of a socket.
 pub struct LinuxCnc {
     port: Port,
     line: Vec<u8>,
     range: Option<(f64, f64)>,
     last: Option<Reading>,
+    program: Program,
     feed_follows: bool,
 }
 
@@ -71,6 +107,7 @@ impl LinuxCnc {
             line: Vec::new(),
             range: None,
             last: None,
+            program: Program::default(),
             feed_follows,
         })
     }
@@ -127,7 +164,7 @@ impl Controller for LinuxCnc {
             0.0
         };
         let reading = Reading {
-            program_hz: program / 60.0,
+            program_hz: self.program.take(program / 60.0, Instant::now()),
             actual_hz: Some(s.actual_rpm.abs() / 60.0),
             overrides: Overrides {
                 spindle: s.operator * s.factor,
@@ -162,4 +199,45 @@ impl Controller for LinuxCnc {
     }
 
     fn believe(&mut self, _: f64) {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_turn_of_the_override_is_no_other_programmed_speed() {
+        let begun = Instant::now();
+        let at = |ms: u64| begun + Duration::from_millis(ms);
+        let mut program = Program::default();
+        assert_eq!(program.take(100.0, at(0)), 100.0);
+        // The speed has followed a turn to 105 %, its override is not told yet.
+        assert_eq!(program.take(105.0, at(20)), 100.0);
+        assert_eq!(program.take(105.0, at(40)), 100.0);
+        assert_eq!(program.take(100.0, at(60)), 100.0);
+        // Another speed of the program stays, also where the two jump about before.
+        assert_eq!(program.take(90.0, at(80)), 100.0);
+        assert_eq!(program.take(120.0, at(100)), 100.0);
+        assert_eq!(program.take(120.0, at(240)), 100.0);
+        assert_eq!(program.take(120.0, at(250)), 120.0);
+        // The spindle stops.
+        assert_eq!(program.take(0.0, at(300)), 120.0);
+        assert_eq!(program.take(0.0, at(450)), 0.0);
+        assert_eq!(program.take(80.0, at(470)), 80.0);
+    }
+
+    #[test]
+    fn lines_are_as_the_component_has_them() {
+        let line = br#"{"commanded_rpm": 11000.0, "actual_rpm": 10990.1, "operator": 1.0, "operator_feed": 1.0, "factor": 0.9, "feed_factor": 0.9, "running": true, "stopped": false, "range": [0.8, 1.2]}"#;
+        let status: Status = serde_json::from_slice(line).expect("a status");
+        assert_eq!((status.factor, status.running), (0.9, true));
+        let text = |say: &Say<'_>| serde_json::to_string(say).expect("a line");
+        let factor = Say::Factor {
+            spindle: 0.9,
+            feed: true,
+        };
+        assert_eq!(text(&factor), r#"{"factor":{"spindle":0.9,"feed":true}}"#);
+        assert_eq!(text(&Say::Leave(true)), r#"{"leave":true}"#);
+        assert_eq!(text(&Say::Propose(&[9.0])), r#"{"propose":[9.0]}"#);
+    }
 }
