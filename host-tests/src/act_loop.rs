@@ -2,31 +2,28 @@
 //! policy, a controller, its spindle, and the cut again; sample by sample.
 
 use crate::advice::Case;
-use crate::statistics::rms;
 use hal_sim::plant::converter::ConverterConfig;
 use hal_sim::plant::cut::{Process, Scenario, VirtualCut};
 use hal_sim::plant::process::Schedule;
 use hal_sim::plant::sound::{MicrophoneConfig, Pickup};
 use rarma_cli::Failure;
-use rarma_cli::controller::{ActRecord, Actor, Controller, What};
+use rarma_cli::controller::{ActRecord, Actor, Chatter, Controller};
 use rarma_core::Monitor;
-use rarma_core::act::{Order, Overrides, Reading};
+use rarma_core::act::{ActConfig, Order, Overrides, Reading};
 use rarma_core::decide::{AlarmEvent, Label, State};
 use rarma_core::monitor::MonitorConfig;
-use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Length of a run, s, and when the tool enters.
 pub const LENGTH_S: f64 = 7.0;
 const ENTERS_S: (f64, f64) = (0.8, 0.85);
-const FS_HZ: f64 = 48_000.0;
+/// Samples a second.
+pub const FS_HZ: f64 = 48_000.0;
 /// The policy steps so often, and the spindle, s.
 const STEP_S: f64 = 0.02;
 const SPINDLE_S: f64 = 0.001;
-/// Amplitudes are read in windows of, s.
-const WINDOW_S: f64 = 0.02;
-/// Two speeds this near have one root, as a part.
-const GRID: f64 = 0.002;
+/// The amplitude at the end is that of the last of it, s.
+const END_S: f64 = 0.5;
 
 /// A simulated spindle behind a controller with one override for both, as the spindle of
 /// LinuxCNC's simulation does: an order is in force one step later, the drive changes by 5000
@@ -136,8 +133,32 @@ pub struct Played {
     pub alarms: Vec<(f64, Option<f64>)>,
     /// Speed over time, s and turns a second.
     pub speeds: Vec<(f64, f64)>,
-    /// Amplitude of the tool in windows, m rms.
-    pub windows_m: Vec<f64>,
+    /// Frequency of the first alarm, Hz.
+    pub heard_hz: Option<f64>,
+    /// Place of the tool in the last half second, m.
+    pub last_m: Vec<[f64; 2]>,
+}
+
+/// What may be ordered in these loops.
+pub const LIMITS: (f64, f64) = (0.5, 1.5);
+
+/// One case with a simulated controller, which may be ordered or not; its structure is told or not.
+///
+/// # Panics
+/// As [`play`].
+#[must_use]
+pub fn simulated(case: &Case, act: bool, with_structure: bool) -> Played {
+    let spindle = Spindle::turning(case.cut.spindle_hz());
+    let mut controller = SimulatedController(Arc::new(Mutex::new(spindle)));
+    let config = ActConfig::limits(act, LIMITS.0, LIMITS.1);
+    let about = Chatter {
+        teeth: case.cut.teeth() as u32,
+        structure: with_structure.then_some(case.structure),
+        power: None,
+    };
+    let port = Box::new(controller.clone());
+    let mut actor = Actor::new(port, config, about, None).expect("in range");
+    play(case, &mut actor, &mut controller)
 }
 
 /// Plays a cut of this case with an actor and what turns its spindle.
@@ -193,18 +214,16 @@ pub fn play(case: &Case, actor: &mut Actor, spindle: &mut impl Turns) -> Played 
         records: Vec::new(),
         alarms: Vec::new(),
         speeds: Vec::new(),
-        windows_m: Vec::new(),
+        heard_hz: None,
+        last_m: Vec::new(),
     };
-    let (mut chatter_hz, mut window) = (None, Vec::new());
+    let mut chatter_hz = None;
     let mut n = 0;
     while let Some(reading) = cut.next() {
         n += 1;
         let t_s = n as f64 / FS_HZ;
-        let [x, y] = cut.machine().position_m;
-        window.extend([x, y]);
-        if window.len() >= 2 * every(WINDOW_S) {
-            out.windows_m.push(without_mean(&window));
-            window.clear();
+        if t_s > LENGTH_S - END_S {
+            out.last_m.push(cut.machine().position_m);
         }
         if n % every(SPINDLE_S) == 0 {
             let hz = spindle.turn(actor, SPINDLE_S);
@@ -214,6 +233,7 @@ pub fn play(case: &Case, actor: &mut Actor, spindle: &mut impl Turns) -> Played 
             match report.event {
                 AlarmEvent::On { frequency, .. } => {
                     chatter_hz = Some(f64::from(frequency));
+                    out.heard_hz = out.heard_hz.or(chatter_hz);
                     out.alarms.push((t_s, None));
                 }
                 AlarmEvent::Off { .. } => {
@@ -242,93 +262,4 @@ pub fn play(case: &Case, actor: &mut Actor, spindle: &mut impl Turns) -> Played 
         }
     }
     out
-}
-
-/// Root mean square of x and y, each about its mean.
-fn without_mean(xy: &[f64]) -> f64 {
-    let part = |k: usize| {
-        let x: Vec<f64> = xy.iter().skip(k).step_by(2).copied().collect();
-        let mean = x.iter().sum::<f64>() / x.len() as f64;
-        rms(&x.iter().map(|x| x - mean).collect::<Vec<f64>>())
-    };
-    part(0).hypot(part(1))
-}
-
-/// What is true of a played cut, by its delay equation.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Judged {
-    /// Chatter was called at, s.
-    pub called_s: Option<f64>,
-    /// So many orders were given.
-    pub orders: usize,
-    /// It was said that there is no speed.
-    pub none_said: bool,
-    /// At the end: the override in force, and whether the cut is stable there.
-    pub end_ratio: f64,
-    /// See `end_ratio`.
-    pub end_stable: bool,
-    /// From the first call until the speed is stable for good, s.
-    pub stable_after_s: Option<f64>,
-    /// From then until the last alarm is released, s.
-    pub released_after_s: Option<f64>,
-    /// Amplitude in the last 0.5 s over that of the same cut without orders, dB less.
-    pub less_db: Option<f64>,
-    /// Alarms called where the cut had been stable for 0.6 s.
-    pub false_calls: usize,
-}
-
-impl Played {
-    /// Judges it, beside the same cut without orders where that was played.
-    #[must_use]
-    pub fn judge(&self, case: &Case, unturned: Option<&Self>) -> Judged {
-        let mut roots: BTreeMap<i64, bool> = BTreeMap::new();
-        let hz = case.cut.spindle_hz();
-        let mut stable_at = |speed_hz: f64| {
-            let key = (speed_hz / hz / GRID).round() as i64;
-            let stable = || case.root(key as f64 * GRID).is_none();
-            *roots.entry(key).or_insert_with(stable)
-        };
-        let states: Vec<(f64, bool)> = self
-            .speeds
-            .iter()
-            .map(|(t_s, speed_hz)| (*t_s, stable_at(*speed_hz)))
-            .collect();
-        let end_stable = states.last().is_some_and(|(_, stable)| *stable);
-        let unstable_until = states.iter().rev().find(|(_, stable)| !stable);
-        let unstable_until = unstable_until.map(|(t_s, _)| *t_s);
-        let called_s = self.alarms.first().map(|(on, _)| *on);
-        let after = |from: Option<f64>, to: Option<f64>| Some(to? - from?);
-        let begun = |r: &&ActRecord| matches!(r.what, What::Ordered { .. });
-        let released = self.alarms.last().and_then(|(_, off)| *off);
-        let last = |played: &Self| {
-            let from = played
-                .windows_m
-                .len()
-                .saturating_sub((0.5 / WINDOW_S) as usize);
-            rms(&played.windows_m[from..])
-        };
-        let stable_since = |t_s: f64| {
-            let mut before = states
-                .iter()
-                .filter(|(at, _)| *at <= t_s && *at > t_s - 0.6);
-            before.all(|(_, stable)| *stable)
-        };
-        Judged {
-            called_s,
-            orders: self.records.iter().filter(begun).count(),
-            none_said: self.records.iter().any(|r| r.what == What::NoSpeed),
-            end_ratio: self.speeds.last().map_or(1.0, |(_, speed)| speed / hz),
-            end_stable,
-            stable_after_s: after(called_s, unstable_until).filter(|_| end_stable),
-            released_after_s: after(unstable_until, released)
-                .filter(|_| end_stable)
-                .map(|s| s.max(0.0)),
-            less_db: unturned.map(|before| 20.0 * (last(before) / last(self)).log10()),
-            false_calls: self
-                .alarms
-                .iter()
-                .filter(|(on, _)| stable_since(*on))
-                .count(),
-        }
-    }
 }

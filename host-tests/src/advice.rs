@@ -96,17 +96,6 @@ impl Case {
         Some(case)
     }
 
-    /// One that the whole loop can be played with, with a pocket: milled with equal teeth at
-    /// such a speed, 1/min, with chatter that the monitor's usual band holds.
-    #[must_use]
-    pub fn milled(seed: u64, rpm: &Range<f64>) -> Option<Self> {
-        let cut = Cut::draw(seed).ok()?;
-        if !rpm.contains(&(60.0 * cut.spindle_hz())) || !plays(&cut) {
-            return None;
-        }
-        Self::draw(seed).filter(|case| case.within == Within::Pocket)
-    }
-
     /// Any cut; what is within its reach is not looked at.
     ///
     /// # Panics

@@ -4,6 +4,7 @@
 //! Nothing here is part of the product; the tests stand one file per promise in
 //! `tests/`.
 
+pub mod act_judge;
 pub mod act_loop;
 pub mod advice;
 pub mod amplitude;

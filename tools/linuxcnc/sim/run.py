@@ -3,10 +3,15 @@
 
 A line `run S F` cuts in a straight line at S 1/min and F mm/min; `override P` turns the operator's
 own override of the spindle to P percent; `abort` ends the program; `estop` is the emergency
-stop; `quit` ends LinuxCNC. Each is answered with `done`.
+stop; `hal WORDS` is done by halcmd; `kill` kills rarma's component, as a defect would; `factor` asks for
+rarma's factor as HAL has it; `quit` ends LinuxCNC. Each is answered in one line, with `done` where
+nothing was asked.
 """
 
+import os
+import signal
 import socket
+import subprocess
 import sys
 import time
 
@@ -58,8 +63,19 @@ def abort():
     command.spindleoverride(1.0)
 
 
+def halcmd(*words):
+    return subprocess.run(["halcmd", *words], check=True, capture_output=True, text=True).stdout
+
+
+def kill():
+    # ID, type, name, process, state; the name `rarma` alone is the component's.
+    rows = [line.split() for line in halcmd("-s", "show", "comp", "rarma").splitlines()]
+    (process,) = [int(row[3]) for row in rows if row[2:3] == ["rarma"]]
+    os.kill(process, signal.SIGKILL)
+
+
 def obey(line):
-    """Returns False when it is to end."""
+    """Returns the answer, or None when it is to end."""
     name, *values = line.split()
     if name == "run":
         run(float(values[0]), float(values[1]))
@@ -70,9 +86,17 @@ def obey(line):
     elif name == "estop":
         command.state(linuxcnc.STATE_ESTOP)
         until(lambda: status.task_state == linuxcnc.STATE_ESTOP)
+    elif name == "hal":
+        halcmd(*values)
+    elif name == "kill":
+        kill()
+    elif name == "factor":
+        return halcmd("-s", "getp", "rarma-limit.out").strip()
+    elif name == "quit":
+        return None
     else:
-        return name != "quit"
-    return True
+        return f"not known: {name}"
+    return "done"
 
 
 def main():
@@ -80,9 +104,10 @@ def main():
         peer, _ = listening.accept()
         with peer, peer.makefile("rw") as lines:
             for line in lines:
-                if not obey(line):
+                answer = obey(line)
+                if answer is None:
                     return
-                lines.write("done\n")
+                lines.write(answer + "\n")
                 lines.flush()
 
 

@@ -352,6 +352,8 @@ fn linuxcnc_loop(bench: &mut Bench<'_>) -> Result<Outcome> {
         "host-tests",
         "--test",
         "act_linuxcnc",
+        "--test",
+        "act_linuxcnc_faults",
     ]);
     tests.env("RARMA_REQUIRE_LINUXCNC", "1");
     bench.pass_if(&mut tests)
