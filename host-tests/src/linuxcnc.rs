@@ -59,7 +59,7 @@ impl LinuxCnc {
         edit("rarma.hal", "rarma-least 0.8", "rarma-least 0.5");
         edit("rarma.hal", "rarma-most 1.2", "rarma-most 1.5");
         // Without a real-time kernel, on a busy computer, its fast thread has been seen to stand
-        // still for 0.3 s, and the dead man did what it is for.
+        // still for longer than 0.3 s, and the dead man did what it is for.
         edit("rarma.hal", "timeout-0 0.3", "timeout-0 1.0");
         let said = fs::File::create(folder.join("said.txt")).expect("a file");
         let root = fs::metadata("/proc/self").is_ok_and(|m| {
@@ -74,8 +74,8 @@ impl LinuxCnc {
                 .status();
             assert!(owned.expect("chown").success());
             // Before other work on this computer: it keeps time.
-            let mut command = Command::new("nice");
-            command.args(["-n", "-10", "runuser", "-u", "nobody", "--"]);
+            let mut command = Command::new("chrt");
+            command.args(["--rr", "1", "runuser", "-u", "nobody", "--"]);
             // It goes by the user's own home if it is not told here.
             let home = format!("HOME={}", folder.display());
             command.args(["env", &home, "linuxcnc"]);
@@ -104,6 +104,9 @@ impl LinuxCnc {
                 }
             }
         };
+        if root {
+            in_time();
+        }
         Self {
             child,
             lines: BufReader::new(socket),
@@ -133,6 +136,15 @@ impl LinuxCnc {
         self.lines.read_line(&mut answer).expect("an answer");
         answer.trim_end().to_owned()
     }
+}
+
+/// Its fast thread goes back to ordinary scheduling where the kernel has no real time, and stands
+/// still for a second now and then on a busy computer.
+fn in_time() {
+    let done = Command::new("sh")
+        .args(["-c", "chrt --all-tasks --rr --pid 1 $(pgrep -x rtapi_app)"])
+        .status();
+    assert!(done.is_ok_and(|s| s.success()), "chrt of rtapi_app");
 }
 
 /// It has this long to end.

@@ -61,7 +61,7 @@ pub(super) fn main(args: &ActArgs) -> Result<u8, Failure> {
         power: args.power,
     };
     let (name, controller): (&str, Box<dyn Controller>) = match &args.controller {
-        Which::Dry => ("no controller", Box::new(Dry::default())),
+        Which::Dry => ("none", Box::new(Dry::default())),
         Which::Grbl(port) => ("Grbl", Box::new(Grbl::open(port, args.baud)?)),
         Which::LinuxCnc(address) => {
             let address = address.as_deref().unwrap_or(USUAL_ADDRESS);

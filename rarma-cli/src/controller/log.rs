@@ -166,7 +166,9 @@ pub fn words(record: &ActRecord) -> String {
             orders: true,
             limits: [least, most],
         } => format!("may order an override of {least:.0} to {most:.0} % of {controller}"),
-        What::Begins { controller, .. } => format!("orders nothing of {controller}"),
+        What::Begins { controller, .. } => {
+            format!("only says what it would order; controller: {controller}")
+        }
         What::Proposed { speeds, .. } if speeds.is_empty() => {
             "no stable speed within the limits".to_owned()
         }
