@@ -32,6 +32,7 @@ impl LinuxCnc {
     /// It does not start: what it said stands in the folder's `said.txt`.
     #[must_use]
     pub fn start(folder: &Path) -> Self {
+        alone();
         let tools = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tools/linuxcnc");
         for name in [
             "rarma.hal",
@@ -135,6 +136,22 @@ impl LinuxCnc {
         let mut answer = String::new();
         self.lines.read_line(&mut answer).expect("an answer");
         answer.trim_end().to_owned()
+    }
+}
+
+/// There can be one at a time on a computer, and one that was ended needs a moment to go.
+fn alone() {
+    let begun = Instant::now();
+    let runs = || {
+        let found = Command::new("pgrep").args(["-x", "rtapi_app"]).output();
+        found.is_ok_and(|o| o.status.success())
+    };
+    while runs() {
+        assert!(
+            begun.elapsed() < END,
+            "another LinuxCNC runs on this computer"
+        );
+        thread::sleep(Duration::from_millis(100));
     }
 }
 
