@@ -11,9 +11,9 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Where tools/linuxcnc/sim/run.py and rarma_override.py listen.
+/// Where tools/linuxcnc/sim/run.py listens.
 const RUNNER: &str = "127.0.0.1:9872";
-/// See [`RUNNER`].
+/// Where rarma_override.py does.
 pub const COMPONENT: &str = "127.0.0.1:9871";
 /// It has this long to start.
 const START: Duration = Duration::from_secs(60);
