@@ -1,6 +1,7 @@
 //! Random cuts beyond their limit, and what is true of them at every speed within reach: what
 //! advice is judged on.
 
+use core::ops::Range;
 use hal_sim::plant::cut::Process;
 use hal_sim::plant::truth::roots;
 use hal_sim::population::Cut;
@@ -36,12 +37,27 @@ pub enum Within {
 pub struct Case {
     /// As it was drawn.
     pub cut: Cut,
-    process: Process,
-    depth_m: f64,
+    /// At full depth.
+    pub process: Process,
+    /// Full depth, m.
+    pub depth_m: f64,
     /// What there is within reach.
     pub within: Within,
     /// The modes of its structure.
     pub structure: Structure<f64>,
+}
+
+/// The monitor's usual band, without its rims, Hz.
+const HEARD_HZ: Range<f64> = 320.0..2400.0;
+
+/// Whether the whole loop can be played with it: milled, with equal teeth, and chatter that can
+/// be heard.
+#[must_use]
+pub fn plays(cut: &Cut) -> bool {
+    let Process::Milling(config) = cut.process() else {
+        return false;
+    };
+    config.pitch_rad.is_empty() && HEARD_HZ.contains(&cut.operational().0)
 }
 
 /// What is told of a chatter.
@@ -64,24 +80,7 @@ impl Case {
         if cut.limit_part() < DEEP || cut.operational().1 >= 0.0 {
             return None;
         }
-        let process = cut.process().clone();
-        let modes: Vec<StructuralMode<f64>> = process
-            .modes()
-            .iter()
-            .map(|m| StructuralMode {
-                f_hz: m.mode.f_hz,
-                f_sd: MODE_SD * m.mode.f_hz,
-                zeta: m.mode.zeta,
-                zeta_sd: 0.0,
-            })
-            .collect();
-        let mut case = Self {
-            depth_m: process.depth().largest(),
-            structure: Structure::new(&modes).expect("a structure"),
-            within: Within::None,
-            cut,
-            process,
-        };
+        let mut case = Self::of(cut);
         let (mut row, mut longest) = (0, 0);
         for i in 0..SPEEDS {
             let part = i as f64 / (SPEEDS - 1) as f64;
@@ -95,6 +94,32 @@ impl Case {
             _ => Within::Thin,
         };
         Some(case)
+    }
+
+    /// Any cut; what is within its reach is not looked at.
+    ///
+    /// # Panics
+    /// As [`draw`](Self::draw).
+    #[must_use]
+    pub fn of(cut: Cut) -> Self {
+        let process = cut.process().clone();
+        let modes: Vec<StructuralMode<f64>> = process
+            .modes()
+            .iter()
+            .map(|m| StructuralMode {
+                f_hz: m.mode.f_hz,
+                f_sd: MODE_SD * m.mode.f_hz,
+                zeta: m.mode.zeta,
+                zeta_sd: 0.0,
+            })
+            .collect();
+        Self {
+            depth_m: process.depth().largest(),
+            structure: Structure::new(&modes).expect("a structure"),
+            within: Within::None,
+            cut,
+            process,
+        }
     }
 
     /// The frequency at which it chatters at so many times its speed, Hz; `None`: stable. What

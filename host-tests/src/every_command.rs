@@ -73,6 +73,16 @@ pub fn cases() -> Vec<Case> {
             &["page/index.html"],
         ),
         case("advise", "IN/sound.wav --json", &[]),
+        case(
+            "act",
+            "IN/sound.wav --rpm 3000 --teeth 2 --controller dry --override 60:120 --log OUT/act.jsonl --report OUT/page",
+            &["page/index.html"],
+        ),
+        case(
+            "act",
+            "IN/sound.wav --rpm 3000 --teeth 2 --controller dry --json",
+            &[],
+        ),
         case("identify", "IN/sound.wav --order 2,1", &[]),
         case("identify", "IN/sound.wav --order 2,1 --json", &[]),
         case("order", "IN/sound.wav --max 2", &[]),

@@ -4,6 +4,8 @@
 //! Nothing here is part of the product; the tests stand one file per promise in
 //! `tests/`.
 
+pub mod act_judge;
+pub mod act_loop;
 pub mod advice;
 pub mod amplitude;
 pub mod bars;
@@ -18,6 +20,7 @@ pub mod flash_trials;
 pub mod forced;
 pub mod former_store;
 pub mod frames;
+pub mod grbl;
 pub mod hard;
 pub mod health;
 pub mod hostile;
@@ -25,6 +28,8 @@ pub mod json;
 pub mod ldbb;
 pub mod ldbb_box;
 pub mod link_bench;
+#[cfg(target_os = "linux")]
+pub mod linuxcnc;
 pub mod modal_case;
 pub mod page;
 pub mod piped;

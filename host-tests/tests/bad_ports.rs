@@ -25,7 +25,7 @@ fn what_is_no_port_is_refused_by_name() {
     let missing = folder.path().join("ttyNONE").display().to_string();
     let directory = folder.path().display().to_string();
     for (port, words) in [
-        (nobody.as_str(), ["nobody listens", "start the box"]),
+        (nobody.as_str(), ["nobody listens", "start the box or"]),
         ("tcp:box", ["not an address", "tcp:HOST:PORT"]),
         ("tcp:127.0.0.1:many", ["not an address", "tcp:HOST:PORT"]),
         (&missing, ["no such file or port", "plugged in"]),

@@ -1,5 +1,6 @@
 //! The command line.
 
+mod act;
 mod advise;
 mod band;
 mod cers;
@@ -15,6 +16,7 @@ mod psd;
 mod sensor_box;
 mod virtual_machine;
 
+pub use act::{ActArgs, USUAL_LIMITS, Which};
 pub use advise::{AdviseArgs, USUAL_REACH};
 pub use band::{BandArgs, BandChoice, FULL_UP_TO_HZ};
 pub use cers::{CersAnalyseArgs, CersCommand, CersRunArgs, KindArg, ReadingArgs};
@@ -67,7 +69,7 @@ impl Cli {
     }
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 done; 1 chatter was found (monitor, listen, advise, target, box) or outputs were switched off (box); \
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 chatter was found (monitor, listen, advise, act, target, box) or outputs were switched off (box); \
 2 wrong usage; 3 bad input, with one line naming file, place and reason; \
 4 something else is missing or failed, such as a write to a full disk; \
 5 a silent input, 6 a sound card that went away (listen); \
@@ -96,6 +98,11 @@ pub enum Command {
     ///
     /// Exit code 1 if chatter was found.
     Advise(AdviseArgs),
+    /// Listen as `monitor` does, and order another speed of the machine's controller where it
+    /// chatters.
+    ///
+    /// Exit code 1 if chatter was found.
+    Act(ActArgs),
     /// Fit one ARMA model to a whole recording.
     Identify(IdentifyArgs),
     /// Fit candidate orders and say which a criterion chooses.

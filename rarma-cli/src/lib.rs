@@ -30,6 +30,7 @@ pub mod bridge;
 pub mod cers;
 pub mod collect;
 pub mod commands;
+pub mod controller;
 pub mod ear;
 pub mod els;
 pub mod failure;

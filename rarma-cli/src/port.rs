@@ -57,6 +57,21 @@ impl Port {
         })
     }
 
+    /// Reads wait no longer than a thousandth of a second: for those who look again soon.
+    ///
+    /// # Errors
+    /// The port cannot be set so; in one line.
+    pub fn impatient(mut self) -> Result<Self, Failure> {
+        let patience = Duration::from_millis(1);
+        let set = match &mut self.end {
+            End::Serial(port) => port.set_read_timeout(patience),
+            End::Socket(socket) => socket.set_read_timeout(Some(patience)),
+            End::File(_) | End::Input => Ok(()),
+        };
+        set.map_err(|why| self.gone("set", &why))?;
+        Ok(self)
+    }
+
     /// Whether there is somebody at the other end who could answer.
     pub fn answers(&self) -> bool {
         matches!(self.end, End::Serial(_) | End::Socket(_))
@@ -109,7 +124,7 @@ impl Port {
         let (what, remedy) = match why.kind() {
             ErrorKind::ConnectionReset | ErrorKind::ConnectionAborted | ErrorKind::BrokenPipe => (
                 "the other end closed the connection".to_owned(),
-                "see whether the box still runs, and connect again",
+                "see whether it still runs, and connect again",
             ),
             _ => (system_words(why), "check the cable, and connect again"),
         };
@@ -124,7 +139,10 @@ fn refused(name: &str, (what, remedy): (String, &str)) -> Failure {
 /// What is wrong with a socket that does not open, and what to do.
 fn not_connected(why: &io::Error) -> (String, &'static str) {
     let (what, remedy) = match why.kind() {
-        ErrorKind::ConnectionRefused => ("nobody listens there", "start the box, check the port"),
+        ErrorKind::ConnectionRefused => (
+            "nobody listens there",
+            "start the box or the program, check the port",
+        ),
         ErrorKind::TimedOut | ErrorKind::HostUnreachable | ErrorKind::NetworkUnreachable => {
             ("no answer from there", "check the address and the cable")
         }
@@ -139,7 +157,7 @@ fn not_opened(why: &io::Error) -> (String, &'static str) {
     let (what, remedy) = match why.kind() {
         ErrorKind::NotFound => (
             "no such file or port",
-            "check the spelling, and that the box is plugged in",
+            "check the spelling, and that it is plugged in",
         ),
         ErrorKind::PermissionDenied => (
             "permission denied",

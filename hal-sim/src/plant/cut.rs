@@ -217,6 +217,13 @@ impl VirtualCut {
         &self.state
     }
 
+    /// From its next revolution on a milling spindle turns at this, Hz; see [`Milling::turn`].
+    pub fn turn(&mut self, spindle_hz: f64) {
+        if let Machine::Milling(milling) = &mut self.machine {
+            milling.turn(spindle_hz);
+        }
+    }
+
     /// The microphone, for its converter and its count of clipped samples.
     #[must_use]
     pub fn microphone(&self) -> &Microphone {

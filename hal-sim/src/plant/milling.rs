@@ -87,6 +87,8 @@ pub struct Milling {
     index: u64,
     /// Index and time at which the present speed began.
     since: (u64, f64),
+    /// A speed that goes before the schedule's, Hz.
+    told_hz: Option<f64>,
 }
 
 impl Milling {
@@ -151,6 +153,7 @@ impl Milling {
             feed_per_step: config.feed_per_tooth_m / per_tooth as f64,
             index: 0,
             since: (0, 0.0),
+            told_hz: None,
             config,
         };
         out.lay_first_surface();
@@ -257,10 +260,17 @@ impl Milling {
         }
     }
 
-    /// Takes on the speed of the schedule for the revolution that begins.
+    /// From the next revolution on the spindle turns at this, Hz, whatever its schedule says,
+    /// within the slowest and the fastest of it; without a schedule it is passed over.
+    pub fn turn(&mut self, spindle_hz: f64) {
+        let within = self.config.slowest_hz()..=self.config.fastest_hz();
+        self.told_hz = Some(spindle_hz.clamp(*within.start(), *within.end()));
+    }
+
+    /// Takes on the speed for the revolution that begins.
     fn change_speed(&mut self) {
         let t = self.since.1 + (self.index - self.since.0) as f64 * self.dt;
-        let wanted = self.config.spindle_at(t);
+        let wanted = self.told_hz.unwrap_or_else(|| self.config.spindle_at(t));
         if wanted == self.spindle_hz {
             return;
         }

@@ -19,7 +19,7 @@ const MOST: usize = 1000;
 const FRESH_S: f64 = 1.0;
 /// Standard deviation of an alarm's frequency, as a part of it: half of the alarms of random
 /// cuts lie within 0.2 % of the true root.
-const F_SD: f64 = 0.003;
+pub(crate) const F_SD: f64 = 0.003;
 /// That of a speed that was read off sound or tacho, or told by a control.
 const READ_SD: f64 = 0.001;
 /// That of a speed that was told and not confirmed.
@@ -93,6 +93,12 @@ impl Advisor {
             now: None,
             at: Vec::new(),
         }
+    }
+
+    /// A controller tells the speed.
+    #[must_use]
+    pub fn told_live(self) -> Self {
+        Self { live: true, ..self }
     }
 
     /// What is missing to give any.

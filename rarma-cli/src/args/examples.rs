@@ -55,6 +55,19 @@ const EXAMPLES: &[(&[&str], &[Example])] = &[
         ],
     ),
     (
+        &["act"],
+        &[
+            (
+                "Orders nothing: says what it would order of a spindle that chatters",
+                "rarma act cut.wav --rpm 12000 --teeth 2 --controller dry --override 80:120",
+            ),
+            (
+                "Live sound, and LinuxCNC may be told 80 to 120 % of the programmed speed",
+                "rarma act - --raw f32 --fs 48000 --teeth 3 --controller linuxcnc --act --override 80:120",
+            ),
+        ],
+    ),
+    (
         &["identify"],
         &[
             (

@@ -25,6 +25,11 @@ impl Command {
                 .read([&a.monitor.input.input])
                 .read(&a.monitor.structure)
                 .folder("--report", a.monitor.report.as_ref(), PAGE),
+            Self::Act(a) => files
+                .read([&a.monitor.input.input])
+                .read(&a.monitor.structure)
+                .read(&a.log)
+                .folder("--report", a.monitor.report.as_ref(), PAGE),
             Self::Identify(a) => files.read([&a.input.input]),
             Self::Order(a) => files.read([&a.input.input]),
             Self::Psd(a) => files.read([&a.input.input]),

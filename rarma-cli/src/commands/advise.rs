@@ -25,7 +25,7 @@ pub(super) fn main(args: &AdviseArgs) -> Result<u8, Failure> {
         ..args.monitor.clone()
     };
     let reach = Reach::from(args);
-    let finished = monitor::heard(&listening, reach, json)?;
+    let finished = monitor::heard(&listening, reach, json, None)?;
     let Finished {
         summary,
         advisor,

@@ -39,8 +39,8 @@ fn listen(args: &ListenArgs, mut live: Live) -> Result<u8, Failure> {
     }
     let (name, live) = (live.name(), Rc::new(RefCell::new(live)));
     let source = Source::live(&args.monitor, Live::stream(&live));
-    let heard =
-        source.and_then(|source| monitor::hear(&args.monitor, source, Reach::default(), false));
+    let heard = source
+        .and_then(|source| monitor::hear(&args.monitor, source, Reach::default(), false, None));
     // The recording is whole whatever became of the verdict.
     let ended = live.borrow_mut().close()?;
     match (heard, ended) {

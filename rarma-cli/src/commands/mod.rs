@@ -1,5 +1,6 @@
 //! One file per command.
 
+mod act;
 mod advise;
 mod band;
 mod cers;
@@ -60,6 +61,7 @@ pub fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Monitor(args) => monitor::main(args),
         Command::Listen(args) => listen::main(args),
         Command::Advise(args) => advise::main(args),
+        Command::Act(args) => act::main(args),
         Command::Target(args) => target::main(args),
         Command::Identify(args) => identify::main(args),
         Command::Order(args) => order::main(args),

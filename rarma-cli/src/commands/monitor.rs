@@ -8,6 +8,7 @@ use super::{band, process, show};
 use crate::advice::Reach;
 use crate::args::{InputArgs, MonitorArgs};
 use crate::collect::News;
+use crate::controller::ActRecord;
 use crate::failure::Failure;
 use crate::input::{self, InputError, ReadOptions, Recording, Speeds};
 use crate::output::stdout;
@@ -18,14 +19,34 @@ use rarma_core::monitor::{LEAST_MEMORY, MonitorConfig, MonitorError};
 use std::path::Path;
 
 pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
-    Ok(heard(args, Reach::default(), false)?.code)
+    Ok(heard(args, Reach::default(), false, None)?.code)
+}
+
+/// What goes on beside the listening.
+pub(super) trait Beside {
+    /// It begins, `live` or with a recording.
+    ///
+    /// # Errors
+    /// It must not.
+    fn begins(&mut self, live: bool) -> Result<(), Failure>;
+    /// The speed that turns at this time of the sound, s, where it is known, 1/min.
+    fn speed_rpm(&mut self, t_s: f64) -> Option<f64>;
+    /// Hears what the monitor says.
+    fn take(&mut self, news: &News);
+    /// What it has to say itself, one after the other.
+    fn said(&mut self) -> Option<ActRecord>;
 }
 
 /// All of a run; `quiet`: nothing is said on standard output.
 ///
 /// # Errors
 /// As those of the command.
-pub(super) fn heard(args: &MonitorArgs, reach: Reach, quiet: bool) -> Result<Finished, Failure> {
+pub(super) fn heard(
+    args: &MonitorArgs,
+    reach: Reach,
+    quiet: bool,
+    beside: Option<&mut dyn Beside>,
+) -> Result<Finished, Failure> {
     let both = Some(Path::new("-"));
     if args.speed_from.as_deref() == both && Some(args.input.input.as_path()) == both {
         return Err(Failure::Usage(
@@ -33,7 +54,7 @@ pub(super) fn heard(args: &MonitorArgs, reach: Reach, quiet: bool) -> Result<Fin
                 .to_owned(),
         ));
     }
-    hear(args, Source::open(args)?, reach, quiet)
+    hear(args, Source::open(args)?, reach, quiet, beside)
 }
 
 /// [`heard`], of a source that is open.
@@ -45,13 +66,20 @@ pub(super) fn hear(
     mut source: Source,
     reach: Reach,
     quiet: bool,
+    mut beside: Option<&mut dyn Beside>,
 ) -> Result<Finished, Failure> {
     let structure = process::structure(args.structure.as_deref())?;
     let live = source.about.samples.is_none();
+    if let Some(beside) = &mut beside {
+        beside.begins(live)?;
+    }
     let open = |path| Speeds::open(path, live);
     let mut speeds = args.speed_from.as_deref().map(open).transpose()?;
     let args = &MonitorArgs {
-        rpm: args.rpm.or(speeds.as_ref().map(Speeds::first)),
+        rpm: args
+            .rpm
+            .or(speeds.as_ref().map(Speeds::first))
+            .or_else(|| beside.as_mut()?.speed_rpm(0.0)),
         ..args.clone()
     };
     let job = job(args, &source.about)?;
@@ -63,12 +91,19 @@ pub(super) fn hear(
     if quiet {
         audience = audience.quiet();
     }
+    if beside.is_some() {
+        audience = audience.told_live();
+    }
+    let speeds = &mut speeds;
     let summary = match source.channels[..] {
         [a, b] => {
             let ears = Ears::two(&job, [a, b])?;
-            through(&mut source, &mut audience, ears, &mut speeds)?
+            through(&mut source, &mut audience, ears, (speeds, beside))?
         }
-        _ => through(&mut source, &mut audience, Ears::one(&job)?, &mut speeds)?,
+        _ => {
+            let ears = Ears::one(&job)?;
+            through(&mut source, &mut audience, ears, (speeds, beside))?
+        }
     };
     let finished = audience.finish(summary)?;
     // A verdict that could not be passed on goes before what is wrong with the samples.
@@ -86,7 +121,7 @@ fn through<const CHANNELS: usize>(
     source: &mut Source,
     audience: &mut Audience<'_>,
     mut ears: Ears<CHANNELS>,
-    speeds: &mut Option<Speeds>,
+    (speeds, mut beside): (&mut Option<Speeds>, Option<&mut dyn Beside>),
 ) -> Result<Summary, Failure> {
     let (pictured, fs) = (source.pictured, source.about.fs);
     let ask_every = ((ASK_S * fs) as u64).max(1);
@@ -103,13 +138,25 @@ fn through<const CHANNELS: usize>(
         for n in missing as usize..rows[0].len() {
             let x = std::array::from_fn(|c| rows[c][n] as f32);
             let pulse = pulses.get(n).copied().flatten();
-            ears.sample(x, pulse, &mut |news| audience.take(news));
+            ears.sample(x, pulse, &mut |news| {
+                if let Some(beside) = &mut beside {
+                    beside.take(&news);
+                }
+                audience.take(news);
+            });
             heard += 1;
-            if let Some(speeds) = speeds
-                && heard % ask_every == 0
-                && let Some(rpm) = speeds.due(heard as f64 / fs, odd_speed)
-            {
+            if heard % ask_every != 0 {
+                continue;
+            }
+            let t_s = heard as f64 / fs;
+            let told = speeds.as_mut().and_then(|s| s.due(t_s, odd_speed));
+            let turns = beside.as_mut().and_then(|b| b.speed_rpm(t_s));
+            let told = told.or(turns);
+            if let Some(rpm) = told {
                 ears.tell_speed(rpm / 60.0)?;
+            }
+            while let Some(record) = beside.as_mut().and_then(|b| b.said()) {
+                audience.beside(&record);
             }
         }
         if !audience.listens() {

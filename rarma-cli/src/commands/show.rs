@@ -6,6 +6,7 @@ use super::source::About;
 use crate::advice::{Advisor, Reach};
 use crate::args::MonitorArgs;
 use crate::collect::News;
+use crate::controller::{ActRecord, words};
 use crate::failure::Failure;
 use crate::output::stdout;
 use crate::record::{NoticeKind, NoticeRecord, State, Summary, TachoFault};
@@ -177,6 +178,23 @@ impl<'a> Audience<'a> {
         Self {
             quiet: true,
             ..self
+        }
+    }
+
+    /// A controller tells the speed.
+    pub fn told_live(self) -> Self {
+        Self {
+            advisor: self.advisor.told_live(),
+            ..self
+        }
+    }
+
+    /// What happened between listening and controller.
+    pub fn beside(&mut self, record: &ActRecord) {
+        match &mut self.json {
+            Some(json) => json.put(record),
+            None if !self.quiet => self.bar.suspend(|| say!("{}", words(record))),
+            None => {}
         }
     }
 

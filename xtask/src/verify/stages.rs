@@ -10,7 +10,7 @@ use crate::chip::figures::Figures;
 use crate::chip::model::Model;
 use crate::fuzz::{long_form, targets};
 use crate::long::{self, Forms, LongForm};
-use crate::toolchain::ArmToolchain;
+use crate::toolchain::{ArmToolchain, packages};
 use crate::{
     EMULATED_BOARD, Failure, Result, TARGET, Workspace, chip, count, fw, page, process, qemu, sound,
 };
@@ -31,6 +31,7 @@ pub const ALL: &[(&str, Check)] = &[
     ("board image", board_image),
     ("host tests", host_tests),
     ("sound card", sound_card),
+    ("loop with LinuxCNC", linuxcnc_loop),
     ("doc tests", doc_tests),
     ("commands of the docs", commands::check),
     ("python", python),
@@ -358,6 +359,27 @@ fn long_forms(bench: &mut Bench<'_>) -> Result<Outcome> {
         told = format!("{told}; NOT RUN YET: {}", waiting.join(", "));
     }
     Ok(Outcome::Passed(told))
+}
+
+/// LinuxCNC is installed where that can be done; else it is said that it is missing.
+fn linuxcnc_loop(bench: &mut Bench<'_>) -> Result<Outcome> {
+    if process::find_program("linuxcnc").is_none()
+        && let Err(why) = packages::install(&["linuxcnc-uspace"])
+    {
+        return Ok(Outcome::Skipped(why.to_string()));
+    }
+    let mut tests = bench.cargo(&[
+        "test",
+        "--release",
+        "--package",
+        "host-tests",
+        "--test",
+        "act_linuxcnc",
+        "--test",
+        "act_linuxcnc_faults",
+    ]);
+    tests.env("RARMA_REQUIRE_LINUXCNC", "1");
+    bench.pass_if(&mut tests)
 }
 
 /// In release like the host tests, whose dependencies are built by now.

@@ -143,7 +143,7 @@ mod tests {
     fn what_may_end_with_one_stands_in_the_readme() {
         let workspace = Workspace::locate().expect("the workspace");
         let one = may_end_with_one(&workspace).expect("a row");
-        for command in ["monitor", "advise", "target", "box"] {
+        for command in ["monitor", "advise", "act", "target", "box"] {
             assert!(one.iter().any(|name| name == command), "{one:?}");
         }
     }

@@ -80,6 +80,15 @@ impl Known {
             "rarma" if rest.iter().any(|word| word == "--set-key") => {
                 Ok(Plan::Not("a key is set at a box's own serial port only"))
             }
+            "rarma"
+                if rest
+                    .iter()
+                    .any(|word| word.starts_with("linuxcnc") || word.starts_with("grbl:")) =>
+            {
+                Ok(Plan::Not(
+                    "it wants a machine's controller and its live sound",
+                ))
+            }
             "rarma" => Ok(ours(rest.to_vec())),
             "cargo" => self.cargo(rest),
             "maturin" | "python3" => python(program, rest),

@@ -21,7 +21,9 @@ pub enum Input {
 }
 
 /// Commands whose first file is a recording.
-const LISTENERS: [&str; 6] = ["monitor", "advise", "target", "identify", "order", "psd"];
+const LISTENERS: [&str; 7] = [
+    "monitor", "advise", "act", "target", "identify", "order", "psd",
+];
 
 /// Options that name a file or folder the command writes.
 const OUTPUTS: [&str; 9] = [

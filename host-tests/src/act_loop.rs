@@ -1,0 +1,265 @@
+//! The whole loop: a virtual cut at the speed that turns, the monitor that hears it, advice,
+//! policy, a controller, its spindle, and the cut again; sample by sample.
+
+use crate::advice::Case;
+use hal_sim::plant::converter::ConverterConfig;
+use hal_sim::plant::cut::{Process, Scenario, VirtualCut};
+use hal_sim::plant::process::Schedule;
+use hal_sim::plant::sound::{MicrophoneConfig, Pickup};
+use rarma_cli::Failure;
+use rarma_cli::controller::{ActRecord, Actor, Chatter, Controller};
+use rarma_core::Monitor;
+use rarma_core::act::{ActConfig, Order, Overrides, Reading};
+use rarma_core::decide::{AlarmEvent, Label, State};
+use rarma_core::monitor::MonitorConfig;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Length of a run, s, and when the tool enters.
+pub const LENGTH_S: f64 = 7.0;
+const ENTERS_S: (f64, f64) = (0.8, 0.85);
+/// Samples a second.
+pub const FS_HZ: f64 = 48_000.0;
+/// The policy steps so often, and the spindle, s.
+const STEP_S: f64 = 0.02;
+const SPINDLE_S: f64 = 0.001;
+/// The amplitude at the end is that of the last of it, s.
+const END_S: f64 = 0.5;
+
+/// A simulated spindle behind a controller with one override for both, as the spindle of
+/// LinuxCNC's simulation does: an order is in force one step later, the drive changes by 5000
+/// 1/min in a second, and its mass follows with 14 ms.
+#[derive(Debug)]
+pub struct Spindle {
+    program_hz: f64,
+    ordered: Overrides,
+    in_force: Overrides,
+    drive_hz: f64,
+    /// Turns a second now.
+    pub hz: f64,
+}
+
+/// See [`Spindle`].
+const DRIVE_HZ_PER_S: f64 = 5000.0 / 60.0;
+const MASS_S: f64 = 0.014;
+
+impl Spindle {
+    /// At the programmed speed.
+    #[must_use]
+    pub fn turning(program_hz: f64) -> Self {
+        let as_programmed = Overrides {
+            spindle: 1.0,
+            feed: 1.0,
+        };
+        Self {
+            program_hz,
+            ordered: as_programmed,
+            in_force: as_programmed,
+            drive_hz: program_hz,
+            hz: program_hz,
+        }
+    }
+
+    fn step(&mut self, dt_s: f64) -> f64 {
+        let most = DRIVE_HZ_PER_S * dt_s;
+        let left = self.program_hz * self.in_force.spindle - self.drive_hz;
+        self.drive_hz += left.clamp(-most, most);
+        self.hz += (self.drive_hz - self.hz) * dt_s / MASS_S;
+        self.hz
+    }
+}
+
+/// A hand on the [`Spindle`].
+#[derive(Debug, Clone)]
+pub struct SimulatedController(pub Arc<Mutex<Spindle>>);
+
+impl SimulatedController {
+    /// The spindle.
+    pub fn spindle(&self) -> MutexGuard<'_, Spindle> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Controller for SimulatedController {
+    fn range(&self) -> Option<(f64, f64)> {
+        Some((0.5, 1.5))
+    }
+
+    fn read(&mut self) -> Result<Option<Reading>, Failure> {
+        let mut spindle = self.spindle();
+        spindle.in_force = spindle.ordered;
+        Ok(Some(Reading {
+            program_hz: spindle.program_hz,
+            actual_hz: Some(spindle.hz),
+            overrides: spindle.in_force,
+            operator: None,
+            running: true,
+            stopped: false,
+        }))
+    }
+
+    fn propose(&mut self, _: &[f64]) -> Result<(), Failure> {
+        Ok(())
+    }
+
+    fn order(&mut self, order: Order) -> Result<(), Failure> {
+        match order {
+            Order::Set(to) | Order::GiveBack(to) => self.spindle().ordered = to,
+            Order::Leave => {}
+        }
+        Ok(())
+    }
+
+    fn believe(&mut self, _: f64) {}
+}
+
+/// What turns the spindle of the cut.
+pub trait Turns {
+    /// Time goes on by so much, s: the speed that turns now, turns a second.
+    fn turn(&mut self, actor: &Actor, dt_s: f64) -> f64;
+}
+
+impl Turns for SimulatedController {
+    fn turn(&mut self, _: &Actor, dt_s: f64) -> f64 {
+        self.spindle().step(dt_s)
+    }
+}
+
+/// What came of one cut.
+#[derive(Debug)]
+pub struct Played {
+    /// What the actor said.
+    pub records: Vec<ActRecord>,
+    /// Alarms: called at, s, and released at.
+    pub alarms: Vec<(f64, Option<f64>)>,
+    /// Speed over time, s and turns a second.
+    pub speeds: Vec<(f64, f64)>,
+    /// Frequency of the first alarm, Hz.
+    pub heard_hz: Option<f64>,
+    /// Place of the tool in the last half second, m.
+    pub last_m: Vec<[f64; 2]>,
+}
+
+/// What may be ordered in these loops.
+pub const LIMITS: (f64, f64) = (0.5, 1.5);
+
+/// One case with a simulated controller, which may be ordered or not; its structure is told or not.
+///
+/// # Panics
+/// As [`play`].
+#[must_use]
+pub fn simulated(case: &Case, act: bool, with_structure: bool) -> Played {
+    let spindle = Spindle::turning(case.cut.spindle_hz());
+    let mut controller = SimulatedController(Arc::new(Mutex::new(spindle)));
+    let config = ActConfig::limits(act, LIMITS.0, LIMITS.1);
+    let about = Chatter {
+        teeth: case.cut.teeth() as u32,
+        structure: with_structure.then_some(case.structure),
+        power: None,
+    };
+    let port = Box::new(controller.clone());
+    let mut actor = Actor::new(port, config, about, None).expect("in range");
+    play(case, &mut actor, &mut controller)
+}
+
+/// Plays a cut of this case with an actor and what turns its spindle.
+///
+/// # Panics
+/// The case, the monitor or the actor has a defect.
+pub fn play(case: &Case, actor: &mut Actor, spindle: &mut impl Turns) -> Played {
+    let hz = case.cut.spindle_hz();
+    let Process::Milling(mut config) = case.process.clone() else {
+        panic!("only a milling spindle changes its speed")
+    };
+    let depth = [(0.0, 0.0), (ENTERS_S.0, 0.0), (ENTERS_S.1, case.depth_m)];
+    config.depth = Schedule::new(&depth).expect("a depth");
+    // How far it may be turned; it is told before it gets there.
+    let far = LENGTH_S + 100.0;
+    let speeds = [
+        (0.0, hz),
+        (far, hz),
+        (far + 1.0, 0.5 * hz),
+        (far + 2.0, 1.6 * hz),
+    ];
+    config.speed = Some(Schedule::new(&speeds).expect("speeds"));
+    let scenario = Scenario {
+        name: "loop".to_owned(),
+        process: Process::Milling(config),
+        microphone: MicrophoneConfig {
+            sample_rate_hz: FS_HZ,
+            pickup: Pickup::Displacement,
+            gain: [1e6, 0.7e6],
+            noise_pa: 0.005,
+            converter: ConverterConfig {
+                full_scale: 1000.0,
+                bits: 24,
+                dither: true,
+            },
+            seed: case.cut.seed,
+            distance_m: 0.0,
+            enclosure: None,
+            tones: Vec::new(),
+        },
+        duration_s: LENGTH_S,
+    };
+    let mut cut = VirtualCut::new(&scenario).expect("a cut");
+    let mut monitor = Monitor::<f32>::new(&MonitorConfig {
+        full_scale: Some(1.0),
+        spindle_hz: Some(hz),
+        teeth: u32::try_from(case.cut.teeth()).ok(),
+        ..MonitorConfig::new(FS_HZ)
+    })
+    .expect("in range");
+    let every = |s: f64| (s * FS_HZ).round() as usize;
+    let mut out = Played {
+        records: Vec::new(),
+        alarms: Vec::new(),
+        speeds: Vec::new(),
+        heard_hz: None,
+        last_m: Vec::new(),
+    };
+    let mut chatter_hz = None;
+    let mut n = 0;
+    while let Some(reading) = cut.next() {
+        n += 1;
+        let t_s = n as f64 / FS_HZ;
+        if t_s > LENGTH_S - END_S {
+            out.last_m.push(cut.machine().position_m);
+        }
+        if n % every(SPINDLE_S) == 0 {
+            let hz = spindle.turn(actor, SPINDLE_S);
+            cut.turn(hz);
+        }
+        if let Some(report) = monitor.push(reading.value) {
+            match report.event {
+                AlarmEvent::On { frequency, .. } => {
+                    chatter_hz = Some(f64::from(frequency));
+                    out.heard_hz = out.heard_hz.or(chatter_hz);
+                    out.alarms.push((t_s, None));
+                }
+                AlarmEvent::Off { .. } => {
+                    chatter_hz = None;
+                    if let Some(last) = out.alarms.last_mut() {
+                        last.1 = Some(t_s);
+                    }
+                }
+                AlarmEvent::None => {}
+            }
+            if let (Some(f), State::Chatter) = (&mut chatter_hz, report.state) {
+                let excited = report.modes.iter().flatten();
+                let excited = excited.filter(|m| m.label == Label::SelfExcited);
+                let loudest = excited.max_by(|a, b| a.amplitude.total_cmp(&b.amplitude));
+                *f = loudest.map_or(*f, |m| f64::from(m.frequency));
+            }
+        }
+        if n % every(STEP_S) == 0 {
+            actor.heard(t_s, chatter_hz);
+            let step = actor.step(t_s, |record| out.records.push(record));
+            step.expect("no log");
+            if let Some(hz) = actor.reading().and_then(Reading::spindle_hz) {
+                monitor.tell_speed(hz as f32).expect("in range");
+                out.speeds.push((t_s, cut.machine().spindle_hz));
+            }
+        }
+    }
+    out
+}

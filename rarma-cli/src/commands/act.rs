@@ -1,0 +1,132 @@
+//! `rarma act`: listens as `monitor` does, and orders another speed of the controller where
+//! it chatters, if it may.
+//!
+//! A real controller goes by the clock, one that is none by the time of the sound.
+
+mod by_clock;
+mod by_sound;
+mod ear;
+
+use super::{monitor, process};
+use crate::advice::Reach;
+use crate::args::{ActArgs, USUAL_LIMITS, Which};
+use crate::controller::linuxcnc::USUAL_ADDRESS;
+use crate::controller::{ActLog, ActRecord, Actor, Chatter, Controller, Dry, Grbl, LinuxCnc, What};
+use crate::failure::Failure;
+use by_clock::ByClock;
+use by_sound::BySound;
+use rarma_core::act::ActConfig;
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// One step of the policy.
+const STEP: Duration = Duration::from_millis(20);
+/// A controller has this long for its first report.
+const FIRST: Duration = Duration::from_secs(3);
+
+pub(super) fn main(args: &ActArgs) -> Result<u8, Failure> {
+    let Some(teeth) = args.monitor.teeth else {
+        return Err(Failure::Usage(
+            "--teeth: no speed can be proposed without the number of teeth".to_owned(),
+        ));
+    };
+    let dry = args.controller == Which::Dry;
+    if dry && args.act {
+        return Err(Failure::Usage(
+            "--act: there is nobody to order anything of (name a controller, or leave out --act)"
+                .to_owned(),
+        ));
+    }
+    let tells = args.monitor.speed_from.is_some() || args.monitor.tacho.is_some();
+    if !dry && (tells || args.monitor.rpm.is_some()) {
+        return Err(Failure::Usage(
+            "--controller: the controller tells the speed: leave out --rpm, --speed-from and --tacho".to_owned(),
+        ));
+    }
+    if dry && !tells && args.monitor.rpm.is_none() {
+        return Err(Failure::Usage(
+            "--controller dry: tells no speed: add --rpm, --speed-from or --tacho".to_owned(),
+        ));
+    }
+    let (least, most) = args.limits.unwrap_or(USUAL_LIMITS);
+    let config = ActConfig {
+        rate_per_s: args.rate / 100.0,
+        tries: args.tries,
+        keeps_feed: !args.same_feed,
+        ..ActConfig::limits(args.act, least / 100.0, most / 100.0)
+    };
+    let about = Chatter {
+        teeth,
+        structure: process::structure(args.monitor.structure.as_deref())?,
+        power: args.power,
+    };
+    let (name, controller): (&str, Box<dyn Controller>) = match &args.controller {
+        Which::Dry => ("none", Box::new(Dry::default())),
+        Which::Grbl(port) => ("Grbl", Box::new(Grbl::open(port, args.baud)?)),
+        Which::LinuxCnc(address) => {
+            let address = address.as_deref().unwrap_or(USUAL_ADDRESS);
+            let open = LinuxCnc::open(address, config.keeps_feed)?;
+            ("LinuxCNC", Box::new(open))
+        }
+    };
+    let log = args.log_file().as_deref().map(ActLog::open).transpose()?;
+    let mut actor = Actor::new(controller, config, about, log)?;
+    let begins = What::Begins {
+        controller: name.to_owned(),
+        orders: args.act,
+        limits: [least, most],
+    };
+    let first = actor.note(0.0, begins);
+    let reach = Reach {
+        percent: (least, most),
+        power: args.power,
+        same_feed: args.same_feed,
+    };
+    if dry {
+        let mut beside = BySound::new(actor, first);
+        let heard = monitor::heard(&args.monitor, reach, false, Some(&mut beside))?;
+        beside.end()?;
+        return Ok(heard.code);
+    }
+    first_report(&mut actor, (least, most))?;
+    let mut beside = ByClock::start(actor, first, args.act)?;
+    let heard = monitor::heard(&args.monitor, reach, false, Some(&mut beside));
+    // Whatever came of the listening: what is ordered is given back first.
+    let ended = beside.end();
+    let finished = heard?;
+    ended?;
+    Ok(finished.code)
+}
+
+/// Waits for the controller to speak, and sees that it takes what may be ordered.
+fn first_report(actor: &mut Actor, (least, most): (f64, f64)) -> Result<(), Failure> {
+    let begun = Instant::now();
+    while actor.reading().is_none() {
+        if begun.elapsed() > FIRST {
+            return Err(Failure::Input(format!(
+                "--controller: it has not reported in {} s (see that it is switched on, that it is the right port and speed, and that no other program has the port)",
+                FIRST.as_secs()
+            )));
+        }
+        let mut gone = None;
+        actor.step(0.0, |record| gone = Some(record))?;
+        if let Some(ActRecord {
+            what: What::Gone { error },
+            ..
+        }) = gone
+        {
+            return Err(Failure::System(error));
+        }
+        thread::sleep(STEP);
+    }
+    match actor.range() {
+        Some((low, high)) if 100.0 * low > least + 0.01 || 100.0 * high < most - 0.01 => {
+            Err(Failure::Usage(format!(
+                "--override {least}:{most}: the controller takes {:.0} to {:.0} %",
+                100.0 * low,
+                100.0 * high
+            )))
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,219 @@
+//! Policy, advice, port and log, put together: one step after the other, without a clock of
+//! its own.
+
+use super::Controller;
+use super::log::{ActLog, ActRecord, What};
+use crate::advice::F_SD;
+use crate::failure::Failure;
+use rarma_core::act::{ActConfig, Policy, Reading};
+use rarma_core::advice::{AdviceConfig, HeardChatter, KnownCut, MOST_REACH, advise};
+use rarma_core::decide::Structure;
+
+/// Standard deviation of a speed that a controller reports, as a part of it.
+const SPEED_SD: f64 = 0.001;
+/// Of two speeds further apart than this part the program has asked for another one.
+const SAME_SPEED: f64 = 0.01;
+
+/// What is known of the cutter and the machine.
+#[derive(Debug, Clone, Copy)]
+pub struct Chatter {
+    /// Teeth.
+    pub teeth: u32,
+    /// Modes at rest, where they were told.
+    pub structure: Option<Structure<f64>>,
+    /// Power at most over the present one.
+    pub power: Option<f64>,
+}
+
+/// Turns what is heard into orders.
+pub struct Actor {
+    controller: Option<Box<dyn Controller>>,
+    policy: Policy,
+    config: ActConfig,
+    about: Chatter,
+    log: Option<ActLog>,
+    /// The log cannot be written: what is ordered is given back, and nothing is ordered any more.
+    failed: Option<Failure>,
+    /// Frequency of the chatter that stands, Hz.
+    chatter_hz: Option<f64>,
+    reading: Option<Reading>,
+    /// Speeds of this program at which it chattered.
+    known: Vec<KnownCut<f64>>,
+}
+
+impl Actor {
+    /// Nothing has been heard yet.
+    ///
+    /// # Errors
+    /// A setting is out of range.
+    pub fn new(
+        controller: Box<dyn Controller>,
+        config: ActConfig,
+        about: Chatter,
+        log: Option<ActLog>,
+    ) -> Result<Self, Failure> {
+        let fastest = controller.fastest_per_s().unwrap_or(f64::INFINITY);
+        let config = ActConfig {
+            rate_per_s: config.rate_per_s.min(fastest),
+            ..config
+        };
+        let policy = Policy::new(config).map_err(|why| Failure::Usage(format!("act: {why}")))?;
+        Ok(Self {
+            controller: Some(controller),
+            policy,
+            config,
+            about,
+            log,
+            failed: None,
+            chatter_hz: None,
+            reading: None,
+            known: Vec::new(),
+        })
+    }
+
+    /// Sound was heard until now; it chatters at this frequency, Hz, or does not.
+    pub fn heard(&mut self, t_s: f64, chatter_hz: Option<f64>) {
+        self.chatter_hz = chatter_hz;
+        self.policy.heard(t_s, chatter_hz.is_some());
+    }
+
+    /// The speed that the listening believes in, turns a second.
+    pub fn believe(&mut self, spindle_hz: f64) {
+        if let Some(controller) = &mut self.controller {
+            controller.believe(spindle_hz);
+        }
+    }
+
+    /// Overrides that the controller takes, where it has told.
+    pub fn range(&self) -> Option<(f64, f64)> {
+        self.controller.as_ref()?.range()
+    }
+
+    /// The last report of the controller.
+    pub fn reading(&self) -> Option<&Reading> {
+        self.reading.as_ref()
+    }
+
+    /// An order stands, or is being given back.
+    pub fn holds(&self) -> bool {
+        self.policy.holds()
+    }
+
+    /// The listening ends: what is ordered is given back by the next steps.
+    pub fn end(&mut self, t_s: f64) {
+        self.policy.end(t_s);
+    }
+
+    /// Logs what has happened.
+    pub fn note(&mut self, t_s: f64, what: What) -> ActRecord {
+        let t = (1e3 * t_s).round() / 1e3;
+        let record = ActRecord { t, what };
+        let written = self.log.as_mut().map(|log| log.add(&record));
+        if let Some(Err(why)) = written {
+            self.log = None;
+            self.failed = Some(why);
+            self.policy.end(t_s);
+        }
+        record
+    }
+
+    /// Reads, decides, orders: to be called some fifty times a second. What has happened goes
+    /// to `said`.
+    ///
+    /// # Errors
+    /// The log cannot be written, and what was ordered has been given back.
+    pub fn step(&mut self, t_s: f64, mut said: impl FnMut(ActRecord)) -> Result<(), Failure> {
+        if !self.holds()
+            && let Some(why) = self.failed.take()
+        {
+            return Err(why);
+        }
+        let read = self.controller.as_mut().map(|c| c.read());
+        match read {
+            Some(Ok(Some(reading))) => self.take(t_s, reading),
+            Some(Err(why)) => said(self.gone(t_s, &why)),
+            Some(Ok(None)) | None => {}
+        }
+        if self.failed.is_none() && self.policy.asks(t_s) {
+            let overrides = self.proposals(t_s, &mut said);
+            self.policy.advised(t_s, &overrides);
+        }
+        let step = self.policy.step(t_s);
+        if let Some(what) = step.said {
+            said(self.note(t_s, what.into()));
+        }
+        if let (Some(order), Some(controller)) = (step.order, &mut self.controller)
+            && let Err(why) = controller.order(order)
+        {
+            said(self.gone(t_s, &why));
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, t_s: f64, reading: Reading) {
+        let before = self.reading.replace(reading);
+        let same = before.is_some_and(|b| {
+            (b.program_hz - reading.program_hz).abs() <= SAME_SPEED * b.program_hz
+        });
+        if !reading.running || !same {
+            self.known.clear();
+        }
+        self.policy.reading(t_s, &reading);
+    }
+
+    fn gone(&mut self, t_s: f64, why: &Failure) -> ActRecord {
+        self.controller = None;
+        self.policy.lost();
+        let error = why.to_string();
+        self.note(t_s, What::Gone { error })
+    }
+
+    /// Overrides at which the cut may be stable, the best first.
+    fn proposals(&mut self, t_s: f64, said: &mut impl FnMut(ActRecord)) -> Vec<f64> {
+        let (Some(reading), Some(f_hz)) = (self.reading, self.chatter_hz) else {
+            return Vec::new();
+        };
+        let Some(spindle_hz) = reading.spindle_hz() else {
+            return Vec::new();
+        };
+        let heard = HeardChatter {
+            f_hz,
+            f_sd_hz: F_SD * f_hz,
+            spindle_hz,
+            spindle_sd_hz: SPEED_SD * spindle_hz,
+            teeth: self.about.teeth,
+        };
+        let most_hz = self.config.most * reading.program_hz;
+        let least_hz = (self.config.least * reading.program_hz).max(most_hz / MOST_REACH);
+        let config = AdviceConfig {
+            most_power: self.about.power,
+            keeps_feed: self.config.keeps_feed,
+            ..AdviceConfig::reach(least_hz, most_hz)
+        };
+        let structure = self.about.structure.as_ref();
+        // What is out of range, such as a frequency that is none, has no advice.
+        let advice = advise(&config, &heard, structure, &self.known).ok();
+        let hz: Vec<f64> = advice
+            .iter()
+            .flat_map(|a| a.proposals.iter().flatten())
+            .map(|p| p.spindle_hz)
+            .collect();
+        self.known.push(KnownCut {
+            spindle_hz,
+            stable: false,
+        });
+        let rpm = |hz: f64| (600.0 * hz).round() / 10.0;
+        let proposed = What::Proposed {
+            f: (10.0 * f_hz).round() / 10.0,
+            rpm: rpm(spindle_hz),
+            speeds: hz.iter().map(|hz| rpm(*hz)).collect(),
+        };
+        said(self.note(t_s, proposed));
+        let overrides: Vec<f64> = hz.iter().map(|hz| hz / reading.program_hz).collect();
+        let shown = self.controller.as_mut().map(|c| c.propose(&overrides));
+        if let Some(Err(why)) = shown {
+            said(self.gone(t_s, &why));
+        }
+        overrides
+    }
+}
