@@ -1,7 +1,6 @@
 //! One tracked mode: what is gathered of it at every sample, and read at a decision.
 
 use super::spindle::Spindle;
-use super::verdict::FREE;
 use crate::decide::{
     AlarmConfig, Evidence, ModeTrack, Origin, Places, Reading, Rotation, Runaway, SequentialTest,
     Steadiness,
@@ -218,13 +217,7 @@ impl<T: Real> Slot<T> {
         harmonic: Option<u32>,
         around: &Surroundings<'_, T>,
     ) -> Origin {
-        // Where the comb is not heard just now, the lines remember it; by what is told alone every
-        // third frequency lies on a multiple.
-        let is_free = || {
-            let forced = around.sources.forced_at(frequency);
-            !around.spindle.is_locked() && forced.is_some_and(|forced| forced < T::from_f64(FREE))
-        };
-        if let Some(n) = harmonic.filter(|_| !is_free()) {
+        if let Some(n) = harmonic {
             return if around.rotation.may_flip(n) {
                 Origin::Unknown
             } else {

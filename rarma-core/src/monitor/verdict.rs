@@ -19,9 +19,9 @@ const LEAST_REST: f64 = 0.05;
 /// The last roots stand for the present ones for this long while they are searched
 /// for anew, s. They are found within milliseconds.
 pub(super) const LOST_HOLD_S: f64 = 0.1;
-/// The rotation does not make a line for which it has less than this chance; with 0.03 the
+/// A mode whose line the rotation makes with less than this chance may call; with 0.03 the
 /// population comes out alike.
-pub(super) const FREE: f64 = 0.1;
+const FREE: f64 = 0.1;
 /// A mode and a line so near to each other, as a part of the frequency, are one vibration.
 const SAME_LINE: f64 = 0.02;
 /// An alarm outlives bad samples for this long, s.
