@@ -34,7 +34,7 @@ pub(super) struct Scene<'a> {
 }
 
 /// Distance of two labels above each other at which both can be read, pixels.
-const APART: f64 = 13.0;
+pub(super) const APART: f64 = 13.0;
 
 impl<'a> Scene<'a> {
     /// Finds the ranges.

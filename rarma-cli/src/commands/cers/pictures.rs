@@ -5,13 +5,16 @@ use super::export::quantity;
 use super::{Answer, sensor_name};
 use crate::args::KindArg;
 use crate::cers::CersRecord;
+use crate::cers::modes::{curve_of, direct};
 use crate::cers::response::{Cleaned, Response, Sensor};
 use crate::cers::sweep::Track;
 use crate::commands::els::pictures::above;
 use crate::report::chart::{Chart, Mark, Scale, Series, table};
 use crate::report::map::Map;
+use crate::report::palette;
 use rarma_fit::welch_density;
 use rarma_rigs::cers::Quantity;
+use rarma_rigs::els::Complex;
 
 /// Columns and rows of the waterfall, and its top, Hz.
 const COLUMNS: usize = 240;
@@ -35,6 +38,7 @@ pub(super) fn page(
         return body;
     }
     body += &magnitude(responses, kind);
+    body += &fitted(record, clean, answer.band_hz);
     body += &phase(responses, kind);
     body += &coherence(responses);
     if let Some(found) = &answer.modes {
@@ -91,8 +95,7 @@ fn series(responses: &[Response], of: impl Fn(&Response) -> Vec<(f64, f64)>) -> 
     responses
         .iter()
         .filter(|r| r.sensor == Sensor::Displacement)
-        .enumerate()
-        .map(|(k, r)| Series {
+        .map(|r| Series {
             name: name(r),
             points: of(r),
             mark: if r.from == r.to {
@@ -100,9 +103,14 @@ fn series(responses: &[Response], of: impl Fn(&Response) -> Vec<(f64, f64)>) -> 
             } else {
                 Mark::Dashes
             },
-            colour: k,
+            colour: colour(r),
         })
         .collect()
+}
+
+/// A response keeps its colour in every picture, whichever others are there.
+fn colour(r: &Response) -> usize {
+    if r.from == r.to { r.to } else { 2 + r.to }
 }
 
 fn ends(responses: &[Response]) -> (f64, f64) {
@@ -146,6 +154,55 @@ fn magnitude(responses: &[Response], kind: KindArg) -> String {
         height: 300.0,
         series,
         caption: "H_IV by the command as instrument; delay, sensors and the lag of the flux taken out. Dashed: cross.".to_owned(),
+    }
+    .figure()
+}
+
+/// The receptance along each principal direction, and the rational function whose poles are
+/// among the modes of the table.
+fn fitted(record: &CersRecord, clean: &Cleaned, band_hz: (f64, f64)) -> String {
+    let Ok((angle, directs)) = direct(record, clean, band_hz, &|_| false) else {
+        return String::new();
+    };
+    let mut series = Vec::new();
+    for d in &directs {
+        let curve = |name: String, g: &[Complex<f64>], mark, colour| Series {
+            name,
+            points: d
+                .f_hz
+                .iter()
+                .zip(g)
+                .map(|(f, g)| (*f, 1e6 * g.abs()))
+                .collect(),
+            mark,
+            colour,
+        };
+        let axis = ["x", "y"][d.axis];
+        series.push(curve(format!("{axis}, measured"), &d.g, Mark::Line, d.axis));
+        if let Some(fit) = curve_of(d) {
+            let name = format!(
+                "{axis}, rational function of {} modes, {:.1} % left",
+                fit.modes,
+                100.0 * fit.left
+            );
+            // Dark over the measured one, so that it is seen where they agree.
+            series.push(curve(name, &fit.g, Mark::Dashes, palette::step(7, 8)));
+        }
+    }
+    let values = || series.iter().flat_map(|s| &s.points).map(|p| p.1);
+    let most = values().fold(0.0, f64::max);
+    let top = 10_f64.powf(most.max(1e-300).log10().ceil());
+    let least = values().fold(top, f64::min).max(1e-4 * top);
+    Chart {
+        title: "Receptance along the principal directions, measured and fitted".to_owned(),
+        x: Scale::linear("frequency (Hz)", band_hz.0, band_hz.1),
+        y: Scale::log("µm/N", 10_f64.powf(least.log10().floor()), top),
+        height: 300.0,
+        series,
+        caption: format!(
+            "Dashed: the fit of the most modes that were tried; a mode is in the table where several fits agree. The first principal direction lies {:.1}° from x.",
+            angle.to_degrees()
+        ),
     }
     .figure()
 }
@@ -332,7 +389,7 @@ fn over_speed(t: &Track) -> String {
                     colour: 2,
                 },
                 edge(1.0, "two standard deviations"),
-                edge(-1.0, "(lower)"),
+                edge(-1.0, ""),
             ],
             caption: t.against_truth.as_ref().map_or(String::new(), |e| {
                 let (median, most) = if truth == 1 {
