@@ -11,6 +11,7 @@ mod fit;
 mod ldbb;
 mod listen;
 mod manual;
+mod note;
 mod numbers;
 mod psd;
 mod sensor_box;
@@ -27,6 +28,7 @@ pub use fit::{Detrend, IdentifyArgs, Method, OrderArgs};
 pub use ldbb::{KnownArgs, LdbbAnalyseArgs, LdbbCommand, LdbbCompareArgs, LdbbRunArgs};
 pub use listen::ListenArgs;
 pub use manual::{CompletionsArgs, ManArgs};
+pub use note::by_key as notes_by_key;
 pub use numbers::NumbersArgs;
 pub use psd::{Criterion, PsdArgs, PsdMethod};
 pub use sensor_box::{BoxArgs, ConnectArgs, DecodeArgs};
@@ -252,6 +254,14 @@ pub struct MonitorArgs {
     /// Write a page with pictures into this folder.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
+    /// Seconds that the page's pictures show; its words and tables are of all of the recording
+    /// [default: all].
+    #[arg(long, value_name = "FROM:TO", value_parser = stretch, requires = "report")]
+    pub window: Option<(f64, f64)>,
+    /// What is to be remembered of the recording, such as machine=, tool= or operator=, again
+    /// for more: on the page and in the summary.
+    #[arg(long = "note", value_name = "KEY=VALUE", value_parser = note::note)]
+    pub notes: Vec<(String, String)>,
 }
 
 /// A job for the box names one channel: what needs two is refused by name, and not offered.

@@ -84,6 +84,8 @@ pub(super) fn main(args: &DemoArgs) -> Result<u8, Failure> {
             truth_onset_s: truth.onset_s,
             truth_note: Some("virtual machine tool: depth passes the stability limit".to_owned()),
             missing: None,
+            window_s: None,
+            provenance: &show::provenance(),
             version: env!("CARGO_PKG_VERSION"),
         },
     )?;

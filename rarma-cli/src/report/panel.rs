@@ -36,7 +36,7 @@ impl<'a> Panel<'a> {
         let mut panel = Self {
             scene,
             bottom: TOP + height,
-            x: Axis::linear(0.0, scene.t_end, LEFT, RIGHT),
+            x: Axis::linear(scene.t_start, scene.t_end, LEFT, RIGHT),
             svg: String::new(),
         };
         panel.label(LEFT, TOP - 11.0, "title", "start", title);
