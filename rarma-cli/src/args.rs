@@ -99,6 +99,7 @@ pub enum Command {
     /// Listen as `monitor` does, then say which speed to turn instead.
     ///
     /// Exit code 1 if chatter was found.
+    #[command(mut_args(one_recording))]
     Advise(AdviseArgs),
     /// Listen as `monitor` does, and order another speed of the machine's controller where it
     /// chatters.
@@ -201,6 +202,10 @@ pub struct MonitorArgs {
     /// The recording.
     #[command(flatten)]
     pub input: InputArgs,
+    /// More recordings, each listened to by itself with the same options: with --report a page
+    /// for each and one that compares them.
+    #[arg(value_name = "MORE")]
+    pub more: Vec<PathBuf>,
     /// Model order; the box has 2,1 2,2 4,3 4,4 6,5 6,6 8,7 8,8.
     #[arg(long, value_name = "P,Q", default_value = "8,7", value_parser = any_order)]
     pub order: (usize, usize),
@@ -264,9 +269,16 @@ pub struct MonitorArgs {
     pub notes: Vec<(String, String)>,
 }
 
+/// Advice is for one recording: more are refused by name, and not offered.
+fn one_recording(option: clap::Arg) -> clap::Arg {
+    let more = option.get_id() == "more";
+    option.hide(more)
+}
+
 /// A job for the box names one channel: what needs two is refused by name, and not offered.
 fn one_channel(option: clap::Arg) -> clap::Arg {
-    let needs_two = ["second", "tacho", "pulses", "speed_from"].contains(&option.get_id().as_str());
+    let needs_two =
+        ["more", "second", "tacho", "pulses", "speed_from"].contains(&option.get_id().as_str());
     option.hide(needs_two)
 }
 

@@ -4,7 +4,7 @@
 use super::listening::Ears;
 use super::show::{Audience, Finished};
 use super::source::{About, Block, Source};
-use super::{band, process, show};
+use super::{band, process, several, show};
 use crate::advice::Reach;
 use crate::args::{InputArgs, MonitorArgs, notes_by_key};
 use crate::collect::News;
@@ -19,6 +19,9 @@ use rarma_core::monitor::{LEAST_MEMORY, MonitorConfig, MonitorError};
 use std::path::Path;
 
 pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
+    if !args.more.is_empty() {
+        return several::main(args);
+    }
     Ok(heard(args, Reach::default(), false, None)?.code)
 }
 

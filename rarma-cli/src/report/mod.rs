@@ -24,6 +24,7 @@ mod band;
 pub mod bars;
 pub mod chart;
 mod colours;
+pub mod comparison;
 mod course;
 mod date;
 mod density;

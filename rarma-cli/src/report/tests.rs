@@ -60,6 +60,11 @@ pub(super) fn alarm(on: f64, off: Option<f64>, f: f64) -> Alarm {
     }
 }
 
+/// A summary of nothing.
+pub(super) fn summary() -> Summary {
+    empty().summary
+}
+
 fn empty() -> Run {
     Run {
         lines: Vec::new(),

@@ -12,7 +12,7 @@ use crate::record::State;
 const LANE: f64 = 20.0;
 
 /// Worst on top.
-const STATES: [(State, &str); 6] = [
+pub(super) const STATES: [(State, &str); 6] = [
     (State::Chatter, "chatter"),
     (State::Warning, "warning"),
     (State::Stable, "stable"),
