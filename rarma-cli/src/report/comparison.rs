@@ -3,7 +3,7 @@
 use super::Provenance;
 use super::chart::sheet;
 use super::tables;
-use super::text::{escape, hertz, px, seconds};
+use super::text::{escape, hertz, instant, px, seconds};
 use super::timeline::{STATES, name};
 use crate::record::{Alarm, Summary};
 
@@ -90,7 +90,7 @@ fn table(all: &[Compared]) -> String {
             escape(&one.name),
             seconds(length),
             summary.alarms.len() as u64 + summary.alarms_left_out,
-            of(summary.alarms.first().map(|a| seconds(a.on))),
+            of(summary.alarms.first().map(|a| instant(a.on))),
             of(longest.map(|_| seconds(summary.alarms.iter().map(lasted).sum()))),
             of(longest.map(|a| hertz(a.f))),
             of(longest.map(tables::damping)),
@@ -115,7 +115,15 @@ fn bars(all: &[Compared]) -> String {
     }
     let mut svg = String::from(r#"<text x="84" y="18" class="title">Time in each state</text>"#);
     let mut x = 84.0;
-    for (state, word) in STATES {
+    let spent = |summary: &Summary, state| {
+        let spent = summary.state_seconds.get(&state).copied().unwrap_or(0.0);
+        Some(spent).filter(|t| *t > 0.0 && t.is_finite())
+    };
+    let there = |state| {
+        let mut heard = all.iter().filter_map(|one| one.heard.as_ref().ok());
+        heard.any(|summary| spent(summary, state).is_some())
+    };
+    for (state, word) in STATES.into_iter().filter(|(state, _)| there(*state)) {
         put!(
             svg,
             r#"<path class="state-{word}" stroke-width="12" d="M{} 38h18"/><text x="{}" y="42" class="legend">{}</text>"#,
@@ -137,10 +145,9 @@ fn bars(all: &[Compared]) -> String {
         );
         let mut from = BARS.0;
         for (state, word) in STATES {
-            let spent = summary.state_seconds.get(&state).copied().unwrap_or(0.0);
-            if !(spent > 0.0 && spent.is_finite()) {
+            let Some(spent) = spent(summary, state) else {
                 continue;
-            }
+            };
             let to = from + spent / longest * (BARS.1 - BARS.0);
             put!(
                 svg,

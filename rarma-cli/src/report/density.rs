@@ -57,7 +57,13 @@ pub(super) fn cells(
     svg
 }
 
-/// What the shades mean, for a caption.
-pub(super) const CAPTION: &str = " So many lines that they are drawn as a density: the stronger a \
-     cell, the more of the lines had a mode there (below 4 %, 12 %, 35 %, and above); flat cells are \
-     forced. What is self-excited is marked one by one.";
+/// What the shades mean; `marked` tells whether self-excited modes are not drawn so.
+pub(super) fn caption(marked: bool) -> String {
+    let mut caption = " So many lines that they are drawn as a density: the stronger a cell, the \
+         more of the lines had a mode there (below 4 %, 12 %, 35 %, and above); flat cells are forced."
+        .to_owned();
+    if marked {
+        caption.push_str(" What is self-excited is marked one by one.");
+    }
+    caption
+}

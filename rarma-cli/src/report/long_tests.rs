@@ -47,6 +47,43 @@ fn a_long_run_is_a_density_and_a_window_of_it_is_not() {
 }
 
 #[test]
+fn an_alarm_too_narrow_to_be_seen_into_has_no_edges() {
+    let mut run = chatter(4000);
+    run.summary.alarms = vec![alarm(0.5, Some(0.51), 898.0), alarm(1.0, Some(1.5), 898.0)];
+    let page = page(&job(&played(&run, &tone(10_000))));
+    // One alarm of two in each of the five pictures over time.
+    assert_eq!(page.matches("class=\"edge\"").count(), 5);
+    assert_eq!(page.matches("class=\"bar\"").count(), 10);
+    assert!(page.contains("--window 0:2</code> draws how the first alarm began"));
+}
+
+#[test]
+fn many_marks_are_a_density_and_a_few_are_seen_in_any_run() {
+    // Chatter of a damping that wanders all over the axis: more marks than can be told apart.
+    let mut run = chatter(40_000);
+    for (n, line) in run.lines.iter_mut().enumerate() {
+        let wide = (n as f64 * 0.37).sin().abs();
+        line.modes[1].zeta = 1e-4 * 10_f64.powf(3.9 * wide);
+        line.modes[1].label = Label::SelfExcited;
+    }
+    let page = page(&job(&played(&run, &tone(10_000))));
+    sound(&page);
+    assert!(page.contains("class=\"self cells l"));
+    // Their one frequency is a row of marks still.
+    assert_eq!(page.matches("marked one by one").count(), 1);
+    // The same, self-excited in a single line.
+    for (n, line) in run.lines.iter_mut().enumerate() {
+        if n != 20_000 {
+            line.modes[1].label = Label::Structural;
+        }
+    }
+    let page = self::page(&job(&played(&run, &tone(10_000))));
+    assert!(!page.contains("class=\"self cells l"));
+    // A mark in both pictures, beside those of the two legends.
+    assert_eq!(page.matches("<path class=\"self\" d=\"M").count(), 4);
+}
+
+#[test]
 fn a_density_counts_every_mode_of_every_line() {
     // 40 000 lines, each with one mode whose damping wanders over a decade.
     let mut course = Course::default();

@@ -10,6 +10,9 @@ use std::collections::HashSet;
 
 /// Size of the grid that points are thinned to, pixels.
 const CELL: f64 = 3.0;
+/// Marks of self-excited modes that do not hide each other: a few in a long run must be seen,
+/// and more are a density like the others.
+const MARKS: usize = 1000;
 /// Ends of the damping axis, percent.
 const ZETA: (f64, f64) = (0.01, 100.0);
 /// Drawn in this order, so that what matters lies on top.
@@ -82,6 +85,11 @@ fn points(
     found
 }
 
+/// Whether modes of a label are drawn as a density, of which there would be so many marks.
+fn in_cells(scene: &Scene<'_>, label: Label, marks: usize) -> bool {
+    scene.dense() && (label != Label::SelfExcited || marks > MARKS)
+}
+
 /// Draws the damping of each mode.
 pub(super) fn damping(scene: &Scene<'_>) -> String {
     let mut panel = Panel::new(scene, 240.0, "(c) Damping");
@@ -109,16 +117,18 @@ pub(super) fn damping(scene: &Scene<'_>) -> String {
             class(label)
         ));
     }
-    let mut below = 0;
+    let (mut below, mut marked) = (0, true);
     for label in LABELS {
-        let cells = dense && label != Label::SelfExcited;
+        let place = |m: &Seen| m.zeta.is_finite().then(|| (y.at(100.0 * m.zeta), 2.1));
+        let found = points(&panel, scene, label, place);
+        let cells = in_cells(scene, label, found.len());
+        marked &= !(cells && label == Label::SelfExcited);
         if cells {
             let place = |m: &Seen| (100.0 * m.zeta >= ZETA.0).then(|| y.at(100.0 * m.zeta));
             panel.add(&density::cells(&panel, scene, (label, class(label)), place));
         }
-        let place = |m: &Seen| m.zeta.is_finite().then(|| (y.at(100.0 * m.zeta), 2.1));
         let (mut marks, mut arrows) = (String::new(), String::new());
-        for (x, at, r, mode) in points(&panel, scene, label, place) {
+        for (x, at, r, mode) in found {
             if 100.0 * mode.zeta < ZETA.0 {
                 // Off the logarithmic axis: undamped or worse.
                 put!(
@@ -152,12 +162,14 @@ pub(super) fn damping(scene: &Scene<'_>) -> String {
         scene.spans_in_words()
     );
     let mut caption = String::from("Operational damping ratio of each mode.");
-    caption.push_str(if dense {
-        density::CAPTION
+    if dense {
+        caption.push_str(&density::caption(marked));
     } else {
-        " Bands: 1.96 standard deviations either way, which hold the true one with 95 % if the \
-         model is right."
-    });
+        caption.push_str(
+            " Bands: 1.96 standard deviations either way, which hold the true one with 95 % if the \
+             model is right.",
+        );
+    }
     caption.push_str(
         " Dashed: below it a mode counts as undamped; dotted: above it an alarm may be released.",
     );
@@ -177,12 +189,8 @@ pub(super) fn frequency(scene: &Scene<'_>) -> String {
     let taken = scene.alarm_marks(&mut panel, &y);
     let forcing = multiples::draw(&mut panel, scene, &y, "harmonic", Some(taken));
     let dense = scene.dense();
+    let mut marked = true;
     for label in LABELS {
-        if dense && label != Label::SelfExcited {
-            let place = |m: &Seen| y.holds(m.f).then(|| y.at(m.f));
-            panel.add(&density::cells(&panel, scene, (label, class(label)), place));
-            continue;
-        }
         let place = |m: &Seen| {
             y.holds(m.f).then(|| {
                 let r = match m.zeta {
@@ -193,7 +201,14 @@ pub(super) fn frequency(scene: &Scene<'_>) -> String {
                 (y.at(m.f), r)
             })
         };
-        let marks: String = points(&panel, scene, label, place)
+        let found = points(&panel, scene, label, place);
+        if in_cells(scene, label, found.len()) {
+            let place = |m: &Seen| y.holds(m.f).then(|| y.at(m.f));
+            panel.add(&density::cells(&panel, scene, (label, class(label)), place));
+            marked &= label != Label::SelfExcited;
+            continue;
+        }
+        let marks: String = found
             .iter()
             .map(|(x, at, r, _)| mark(label, *x, *at, *r))
             .collect();
@@ -213,7 +228,7 @@ pub(super) fn frequency(scene: &Scene<'_>) -> String {
     });
     caption.push_str(" Dashed: edges of the analysed band.");
     if dense {
-        caption.push_str(density::CAPTION);
+        caption.push_str(&density::caption(marked));
     }
     if let Some(drawn) = &forcing {
         caption.push_str(&drawn.caption);

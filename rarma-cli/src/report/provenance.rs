@@ -25,7 +25,7 @@ impl Provenance {
             .iter()
             .map(|(key, value)| format!("<span><b>{}</b> {}</span>", escape(key), escape(value)));
         let dated = self.recorded.and_then(utc);
-        let dated = dated.map(|date| format!("<span><b>file of</b> {date}</span>"));
+        let dated = dated.map(|date| format!("<span><b>file written</b> {date}</span>"));
         let all: Vec<String> = notes.chain(dated).collect();
         if all.is_empty() {
             return String::new();

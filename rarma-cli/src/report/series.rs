@@ -128,17 +128,14 @@ impl Series {
     /// Marks along the line, at the points nearest to even distances.
     fn along(&self, x: &Axis, y: &Axis) -> String {
         let mut d = String::new();
-        let mut next = f64::MIN;
-        let mut first = true;
+        // Where the last mark stands, and how far away the next one may: a line may run either way.
+        let mut last = None;
+        let mut apart = 12.0 + MOVED * (self.colour % 6) as f64;
         for &(a, b) in self.points.iter().filter(|p| x.holds(p.0) && y.holds(p.1)) {
             let at = x.at(a);
-            if first {
-                next = at + 12.0 + MOVED * (self.colour % 6) as f64;
-                first = false;
-            }
-            if at >= next {
+            if (at - *last.get_or_insert(at)).abs() >= apart {
                 d += &palette::mark(self.colour, at, y.at(b));
-                next = at + APART;
+                (last, apart) = (Some(at), APART);
             }
         }
         d
@@ -268,6 +265,21 @@ mod tests {
             path(Mark::Below),
             "M0 300L0 200L100 100L200 0L300 200L400 0L400 300z"
         );
+    }
+
+    #[test]
+    fn a_line_has_its_marks_whichever_way_it_runs() {
+        let axis = || Axis::linear(0.0, 10.0, 0.0, 1000.0);
+        let marks = |points: Vec<(f64, f64)>| {
+            let line = Series {
+                points,
+                ..series(Mark::Line)
+            };
+            line.along(&axis(), &axis()).matches('M').count()
+        };
+        let up: Vec<(f64, f64)> = (0..=10).map(|k| (f64::from(k), 1.0)).collect();
+        let down = up.iter().rev().copied().collect();
+        assert_eq!((marks(up), marks(down)), (5, 5));
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! Alarms and settings as tables.
 
 use super::course::ROWS;
-use super::text::{count, escape, hertz, percent, percent_within, seconds, significant, with_unit};
+use super::text::{
+    count, escape, hertz, instant, percent, percent_within, seconds, significant, with_unit,
+};
 use super::timeline::name;
 use super::{Scene, amplitude};
 use crate::record::{Alarm, Reason, State};
@@ -33,9 +35,9 @@ pub(super) fn alarms(scene: &Scene<'_>) -> String {
             html,
             "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td><td>{}</td>",
             i + 1,
-            seconds(alarm.on),
+            instant(alarm.on),
             match alarm.off {
-                Some(off) => seconds(off),
+                Some(off) => instant(off),
                 None => "still on at the end".into(),
             },
             seconds(end - alarm.on),

@@ -320,7 +320,7 @@ fn the_page_says_where_it_comes_from_and_how_damped_an_alarm_was() {
     sound(&page);
     for text in [
         "<b>machine</b> M&lt;3&gt;\u{fffd}",
-        "<b>file of</b> 2001-09-09 01:46 UTC",
+        "<b>file written</b> 2001-09-09 01:46 UTC",
         "<th scope=\"row\">Page made</th><td>2000-02-29 00:00 UTC</td>",
         "<code>rarma monitor &#39;a b.wav&#39;</code>",
         "<td>0.1 ± 0.2\u{a0}%</td>",

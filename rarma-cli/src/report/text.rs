@@ -60,6 +60,15 @@ pub(super) fn seconds(value: f64) -> String {
     with_unit(value, "s")
 }
 
+/// An instant, told to a tenth where three digits would be less.
+pub(super) fn instant(value: f64) -> String {
+    if value.is_finite() && value.abs() >= 1000.0 {
+        format!("{value:.1}{NBSP}s").replace('-', "−")
+    } else {
+        seconds(value)
+    }
+}
+
 /// A ratio such as ζ in percent.
 pub(super) fn percent(ratio: f64) -> String {
     with_unit(100.0 * ratio, "%")
@@ -135,6 +144,8 @@ mod tests {
                 want
             );
         }
+        assert_eq!(instant(72.712), "72.7\u{a0}s");
+        assert_eq!(instant(3541.26), "3541.3\u{a0}s");
         assert_eq!(count(1_234_567), "1\u{202f}234\u{202f}567");
         assert_eq!(px(-0.01), "0");
         assert_eq!(px(f64::NAN), "0");

@@ -1,6 +1,6 @@
 //! The verdict in words, and what one has to know to read the pictures.
 
-use super::text::{escape, hertz, percent, seconds};
+use super::text::{escape, hertz, instant, percent, seconds};
 use super::{Scene, tables};
 use crate::record::{Alarm, NoticeKind, State, TachoFault};
 
@@ -80,10 +80,10 @@ pub(super) fn verdict(scene: &Scene<'_>) -> Verdict {
         [] => (Tone::Good, "No chatter".to_owned()),
         [one] => {
             let until = match one.off {
-                Some(off) => format!("to {}", seconds(off)),
+                Some(off) => format!("to {}", instant(off)),
                 None => "to the end".into(),
             };
-            let (f, on) = (hertz(one.f), seconds(one.on));
+            let (f, on) = (hertz(one.f), instant(one.on));
             (Tone::Bad, format!("Chatter at {f} from {on} {until}"))
         }
         [first, ..] => (
@@ -92,7 +92,7 @@ pub(super) fn verdict(scene: &Scene<'_>) -> Verdict {
                 "Chatter {} times, first at {} from {}",
                 summary.alarms.len() as u64 + summary.alarms_left_out,
                 hertz(first.f),
-                seconds(first.on)
+                instant(first.on)
             ),
         ),
     };
@@ -149,11 +149,18 @@ pub(super) fn on_the_window(scene: &Scene<'_>) -> String {
         return String::new();
     };
     let room = (0.5 * (span.off - span.on)).max(1.0);
-    let from = (span.on - room).max(0.0).floor();
-    let to = (span.off + room).min(scene.end_s).ceil();
+    let mut from = (span.on - room).max(0.0).floor();
+    let mut to = (span.off + room).min(scene.end_s).ceil();
+    let mut what = "the first alarm alone";
+    if to - from > 0.5 * scene.end_s {
+        // It lasted for most of the recording: how it began is what can be looked at closely.
+        let until = (span.on + 2.0).min(scene.end_s);
+        (from, to) = ((span.on - 1.0).max(0.0).floor(), until.ceil());
+        what = "how the first alarm began";
+    }
     format!(
         "<p>To look at a stretch closely, give it to <code>rarma monitor</code>: \
-         <code>--window {from:.0}:{to:.0}</code> draws the first alarm alone. Another folder for \
+         <code>--window {from:.0}:{to:.0}</code> draws {what}. Another folder for \
          <code>--report</code> keeps this page.</p>\n"
     )
 }

@@ -43,7 +43,7 @@ pub(super) fn limits(diagram: &Diagram) -> String {
             dashed: false,
         }],
         caption: format!(
-            "Width below which no spindle speed chatters, with the force turned about the tool from u (0°) towards v (90°). No curve: beyond the rim, or no limit in that direction. Wider cuts may be stable at some speeds. Ks {} N/mm², {} teeth in the cut, overlap {}.",
+            "Width below which no spindle speed chatters, with the force turned about the tool from u (0°) towards v (90°). No curve: beyond the rim, or no limit in that direction. Wider cuts may be stable at some speeds. Ks {} N/mm², teeth in the cut {}, overlap {}.",
             diagram.ks_n_per_mm2, diagram.teeth_in_cut, diagram.overlap
         ),
     }

@@ -79,7 +79,8 @@ pub(super) fn errors(all: &[AtForce], [a, b]: [&str; 2]) -> String {
         );
     }
     body += "<h2>Machine errors</h2>\n";
-    let with = |w: &crate::ldbb::evaluate::With| format!("{:.2} ± {:.2}", w.value, w.sd);
+    let with =
+        |w: &crate::ldbb::evaluate::With| format!("{:.2} ± {:.2}", w.value, w.sd).replace('-', "−");
     let pair = |p: &Option<[crate::ldbb::evaluate::With; 2]>| {
         p.as_ref().map_or("not determined".to_owned(), |p| {
             format!("{a} {}; {b} {}", with(&p[0]), with(&p[1]))
