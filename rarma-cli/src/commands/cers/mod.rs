@@ -1,6 +1,7 @@
 //! `rarma cers`: run and analyse, and what they share.
 
 mod export;
+mod over_speed;
 mod pictures;
 mod words;
 
