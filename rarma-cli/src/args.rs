@@ -105,6 +105,7 @@ pub enum Command {
     /// chatters.
     ///
     /// Exit code 1 if chatter was found.
+    #[command(mut_args(one_recording))]
     Act(ActArgs),
     /// Fit one ARMA model to a whole recording.
     Identify(IdentifyArgs),
@@ -269,7 +270,7 @@ pub struct MonitorArgs {
     pub notes: Vec<(String, String)>,
 }
 
-/// Advice is for one recording: more are refused by name, and not offered.
+/// Advice and orders are for one recording: more are refused by name, and not offered.
 fn one_recording(option: clap::Arg) -> clap::Arg {
     let more = option.get_id() == "more";
     option.hide(more)

@@ -1,7 +1,7 @@
 //! `rarma monitor A B … --report DIR`: recordings one after another with the same options, a
 //! page each, and one that compares them.
 
-use super::{monitor, show};
+use super::monitor;
 use crate::advice::Reach;
 use crate::args::MonitorArgs;
 use crate::failure::Failure;
@@ -62,7 +62,7 @@ pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
     }
     let provenance = Provenance {
         notes: args.notes.clone(),
-        ..show::provenance()
+        ..Provenance::of_this_run()
     };
     let page = comparison(&all, &provenance, env!("CARGO_PKG_VERSION"));
     let path = sheet_into(dir, page)?;

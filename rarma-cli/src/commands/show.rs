@@ -10,14 +10,14 @@ use crate::controller::{ActRecord, words};
 use crate::failure::Failure;
 use crate::output::stdout;
 use crate::record::{NoticeKind, NoticeRecord, State, Summary, TachoFault};
-use crate::report::{self, Course, Provenance, ReportInput, Sound, shell_words};
+use crate::report::{self, Course, Provenance, ReportInput, Sound};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rarma_box::wire::MonitorJob;
 use rarma_core::decide::Structure;
 use serde::Serialize;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
 
 /// Somebody looks on, and has not asked for quiet.
 fn shows_progress() -> bool {
@@ -352,17 +352,6 @@ pub fn state_word(state: State) -> &'static str {
     }
 }
 
-/// When a page is made, and by which command.
-pub fn provenance() -> Provenance {
-    Provenance {
-        made: Some(SystemTime::now()),
-        command: Some(shell_words(
-            std::env::args_os().map(|word| word.to_string_lossy().into_owned()),
-        )),
-        ..Provenance::default()
-    }
-}
-
 /// Writes the page of a recording.
 fn write(
     dir: &Path,
@@ -377,7 +366,7 @@ fn write(
     let provenance = Provenance {
         recorded: file.and_then(|file| file.modified().ok()),
         notes: args.notes.clone(),
-        ..provenance()
+        ..Provenance::of_this_run()
     };
     let path = report::write(
         dir,

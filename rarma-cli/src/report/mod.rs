@@ -49,7 +49,7 @@ mod waterfall;
 mod words;
 
 pub use course::Course;
-pub use provenance::{Provenance, shell_words};
+pub use provenance::Provenance;
 pub use sound::Sound;
 
 use crate::advice::Missing;

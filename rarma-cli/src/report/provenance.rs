@@ -18,6 +18,16 @@ pub struct Provenance {
 }
 
 impl Provenance {
+    /// Of a page that is made now, by the command that runs.
+    pub fn of_this_run() -> Self {
+        let words = std::env::args_os().map(|word| word.to_string_lossy().into_owned());
+        Self {
+            made: Some(SystemTime::now()),
+            command: Some(shell_words(words)),
+            ..Self::default()
+        }
+    }
+
     /// The notes and the date in a line below the headline; nothing where there is neither.
     pub(super) fn line(&self) -> String {
         let notes = self
@@ -47,7 +57,7 @@ impl Provenance {
 }
 
 /// Words of a command as a shell takes them.
-pub fn shell_words(words: impl IntoIterator<Item = String>) -> String {
+fn shell_words(words: impl IntoIterator<Item = String>) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./:,=+@%".contains(c);
     let quoted = words.into_iter().map(|word| {
         if !word.is_empty() && word.chars().all(plain) {
