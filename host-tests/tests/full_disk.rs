@@ -66,6 +66,7 @@ fn no_command_is_missing_here() {
     // And every file that an option names is written by one of them, or read.
     let reads = [
         "input",
+        "more",
         "structure",
         "speed_from",
         "uu",

@@ -22,7 +22,7 @@ const ODD: [&str; 11] = [
 ];
 
 /// `{}` stands for the number, `FILE` for a recording of two channels, `RAW` for a raw one.
-const OPTIONS: [&str; 34] = [
+const OPTIONS: [&str; 35] = [
     "advise FILE --json --rpm={} --teeth=4",
     "advise FILE --json --rpm=6000 --teeth={}",
     "advise FILE --json --rpm=6000 --teeth=4 --reach={}:120",
@@ -57,6 +57,7 @@ const OPTIONS: [&str; 34] = [
     "ldbb run ldbb-m3 --json --bar-compliance={}",
     "ldbb run ldbb-m3 --json --force-sd={}",
     "ldbb run ldbb-m3 --json --pitch={}",
+    "ldbb run ldbb-m3 --json --tolerance={}",
 ];
 
 #[test]

@@ -6,7 +6,7 @@ use rarma_cli::record::{
     Alarm, Label, Line, ModeRecord, Origin, Reason, SpeedSource, SpindleRecord, SpindleSummary,
     State, Summary,
 };
-use rarma_cli::report::{Course, ReportInput, Sound, page};
+use rarma_cli::report::{Course, Provenance, ReportInput, Sound, page};
 
 const DAY_S: f64 = 86_400.0;
 const EVERY_S: f64 = 0.01;
@@ -65,6 +65,8 @@ fn alarm(off: Option<f64>) -> Alarm {
         off,
         f: CHATTER_HZ,
         zeta: 0.0008,
+        zeta_median: None,
+        zeta_deviation: None,
         advice: None,
     }
 }
@@ -87,8 +89,17 @@ fn summary(seconds: f64, alarms: Vec<Alarm>) -> Summary {
         },
         removed_db: None,
         channels: None,
+        notes: Default::default(),
     }
 }
+
+/// Of a page that nothing is known of.
+static NOTHING: Provenance = Provenance {
+    recorded: None,
+    made: None,
+    command: None,
+    notes: Vec::new(),
+};
 
 fn job<'a>(sound: &'a Sound, course: &'a Course, summary: &'a Summary) -> ReportInput<'a> {
     ReportInput {
@@ -105,6 +116,8 @@ fn job<'a>(sound: &'a Sound, course: &'a Course, summary: &'a Summary) -> Report
         truth_onset_s: None,
         truth_note: None,
         missing: None,
+        window_s: None,
+        provenance: &NOTHING,
         version: "test",
     }
 }

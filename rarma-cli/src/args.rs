@@ -11,6 +11,7 @@ mod fit;
 mod ldbb;
 mod listen;
 mod manual;
+mod note;
 mod numbers;
 mod psd;
 mod sensor_box;
@@ -27,6 +28,7 @@ pub use fit::{Detrend, IdentifyArgs, Method, OrderArgs};
 pub use ldbb::{KnownArgs, LdbbAnalyseArgs, LdbbCommand, LdbbCompareArgs, LdbbRunArgs};
 pub use listen::ListenArgs;
 pub use manual::{CompletionsArgs, ManArgs};
+pub use note::by_key as notes_by_key;
 pub use numbers::NumbersArgs;
 pub use psd::{Criterion, PsdArgs, PsdMethod};
 pub use sensor_box::{BoxArgs, ConnectArgs, DecodeArgs};
@@ -97,11 +99,13 @@ pub enum Command {
     /// Listen as `monitor` does, then say which speed to turn instead.
     ///
     /// Exit code 1 if chatter was found.
+    #[command(mut_args(one_recording))]
     Advise(AdviseArgs),
     /// Listen as `monitor` does, and order another speed of the machine's controller where it
     /// chatters.
     ///
     /// Exit code 1 if chatter was found.
+    #[command(mut_args(one_recording))]
     Act(ActArgs),
     /// Fit one ARMA model to a whole recording.
     Identify(IdentifyArgs),
@@ -199,6 +203,10 @@ pub struct MonitorArgs {
     /// The recording.
     #[command(flatten)]
     pub input: InputArgs,
+    /// More recordings, each listened to by itself with the same options: with --report a page
+    /// for each and one that compares them.
+    #[arg(value_name = "MORE")]
+    pub more: Vec<PathBuf>,
     /// Model order; the box has 2,1 2,2 4,3 4,4 6,5 6,6 8,7 8,8.
     #[arg(long, value_name = "P,Q", default_value = "8,7", value_parser = any_order)]
     pub order: (usize, usize),
@@ -252,11 +260,26 @@ pub struct MonitorArgs {
     /// Write a page with pictures into this folder.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
+    /// Seconds that the page's pictures show; its words and tables are of all of the recording
+    /// [default: all].
+    #[arg(long, value_name = "FROM:TO", value_parser = stretch, requires = "report")]
+    pub window: Option<(f64, f64)>,
+    /// What is to be remembered of the recording, such as machine=, tool= or operator=, again
+    /// for more: on the page and in the summary.
+    #[arg(long = "note", value_name = "KEY=VALUE", value_parser = note::note)]
+    pub notes: Vec<(String, String)>,
+}
+
+/// Advice and orders are for one recording: more are refused by name, and not offered.
+fn one_recording(option: clap::Arg) -> clap::Arg {
+    let more = option.get_id() == "more";
+    option.hide(more)
 }
 
 /// A job for the box names one channel: what needs two is refused by name, and not offered.
 fn one_channel(option: clap::Arg) -> clap::Arg {
-    let needs_two = ["second", "tacho", "pulses", "speed_from"].contains(&option.get_id().as_str());
+    let needs_two =
+        ["more", "second", "tacho", "pulses", "speed_from"].contains(&option.get_id().as_str());
     option.hide(needs_two)
 }
 

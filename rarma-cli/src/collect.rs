@@ -7,6 +7,7 @@ use crate::record::{
     Alarm, HistogramRecord, Line, NoticeRecord, Run, SpeedSource, SpindleRecord, SpindleSummary,
     Summary,
 };
+use crate::standing::Standing;
 use crate::translate::{STATES, line, notice};
 use rarma_box::wire::{Finished, Refusal, Telemetry};
 use rarma_core::condition::HealthCounts;
@@ -25,7 +26,7 @@ pub struct Collector {
     order: [usize; 2],
     alarms: Vec<Alarm>,
     /// The last alarm called, if it has not been released.
-    standing: Option<Alarm>,
+    standing: Option<Standing>,
     alarms_left_out: u64,
     notices: Vec<NoticeRecord>,
     notices_left_out: u64,
@@ -62,6 +63,9 @@ impl Collector {
             Telemetry::Verdict(verdict) => {
                 let line = line(verdict, self.fs);
                 self.spindle(&line.spindle);
+                if let Some(standing) = &mut self.standing {
+                    standing.read(&line);
+                }
                 return News::Line(line);
             }
             Telemetry::Alarm(message) => {
@@ -73,24 +77,28 @@ impl Collector {
                         off: None,
                         f: decimal(message.frequency),
                         zeta: decimal(message.damping),
+                        zeta_median: None,
+                        zeta_deviation: None,
                         advice: None,
                     };
-                    self.standing = Some(alarm.clone());
+                    self.standing = Some(Standing::new(alarm.clone()));
                     return News::On(alarm);
-                } else if let Some(alarm) = &mut self.standing {
-                    alarm.off = Some(t);
-                    alarm.f = decimal(message.frequency);
-                    alarm.zeta = decimal(message.damping);
-                    let alarm = alarm.clone();
-                    self.keep_standing();
+                } else if let Some(standing) = self.standing.take() {
+                    let alarm = Alarm {
+                        off: Some(t),
+                        f: decimal(message.frequency),
+                        zeta: decimal(message.damping),
+                        ..standing.told()
+                    };
+                    self.keep(alarm.clone());
                     return News::Off(alarm);
                 }
             }
             Telemetry::Finished(finished) => {
                 self.finished = Some(*finished);
-                if let (Some((f, zeta)), Some(alarm)) = (finished.standing, &mut self.standing) {
-                    alarm.f = decimal(f);
-                    alarm.zeta = decimal(zeta);
+                if let (Some((f, zeta)), Some(standing)) = (finished.standing, &mut self.standing) {
+                    standing.alarm.f = decimal(f);
+                    standing.alarm.zeta = decimal(zeta);
                 }
             }
             Telemetry::Refused(refusal) => self.refused = Some(*refusal),
@@ -131,10 +139,16 @@ impl Collector {
     }
 
     fn keep_standing(&mut self) {
-        match self.standing.take() {
-            Some(alarm) if self.alarms.len() < MOST_ALARMS => self.alarms.push(alarm),
-            Some(_) => self.alarms_left_out += 1,
-            None => {}
+        if let Some(standing) = self.standing.take() {
+            self.keep(standing.told());
+        }
+    }
+
+    fn keep(&mut self, alarm: Alarm) {
+        if self.alarms.len() < MOST_ALARMS {
+            self.alarms.push(alarm);
+        } else {
+            self.alarms_left_out += 1;
         }
     }
 
@@ -195,6 +209,7 @@ impl Collector {
             },
             removed_db: (removed > 0.0).then(|| 10.0 * removed.log10()),
             channels: None,
+            notes: BTreeMap::new(),
         })
     }
 }

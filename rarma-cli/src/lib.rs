@@ -43,11 +43,13 @@ pub mod output;
 pub mod population;
 pub mod port;
 pub mod raw_streams;
+mod readings;
 pub mod record;
 pub mod report;
 pub mod scenario;
 pub mod sound_card;
 pub mod speech;
+mod standing;
 mod translate;
 pub mod truth;
 

@@ -209,6 +209,13 @@ pub struct Alarm {
     pub f: f64,
     /// Lowest damping ratio seen while it stood, 1.
     pub zeta: f64,
+    /// Median of the damping ratio of its mode in the lines while it stood, 1; none of fewer
+    /// than three lines.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub zeta_median: Option<f64>,
+    /// Deviation of those readings: 1.48 times their median distance from the median, 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub zeta_deviation: Option<f64>,
     /// What to turn instead, of the first 1000. Where speed and teeth are told only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub advice: Option<Box<AdviceRecord>>,
@@ -243,6 +250,9 @@ pub struct Summary {
     /// What was wrong with each channel. With two channels only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub channels: Option<Vec<ChannelRecord>>,
+    /// What the user noted of the run (`--note KEY=VALUE`).
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub notes: BTreeMap<String, String>,
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]

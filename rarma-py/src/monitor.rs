@@ -189,8 +189,9 @@ impl Monitor {
     }
 
     /// What there is to say of all that was heard so far, as the last line of
-    /// `rarma monitor --json`: fs, samples, order, alarms (on and off in s, f in Hz, zeta, and
-    /// advice where speed and teeth were told), state_seconds, notices, spindle.
+    /// `rarma monitor --json`: fs, samples, order, alarms (on and off in s, f in Hz, zeta,
+    /// zeta_median and zeta_deviation, and advice where speed and teeth were told), state_seconds,
+    /// notices, spindle.
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let feed = self.feed.clone();
         let summary = detached(py, move || feed.finish())?;

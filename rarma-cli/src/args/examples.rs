@@ -15,6 +15,14 @@ const EXAMPLES: &[(&[&str], &[Example])] = &[
                 "rarma monitor cut.wav --rpm 1656 --teeth 6 --report page/",
             ),
             (
+                "Seconds 7 to 18 of it closely, with what is to be remembered",
+                "rarma monitor cut.wav --rpm 1656 --report close/ --window 7:18 --note machine=M3",
+            ),
+            (
+                "Two recordings, a page of each and one that compares them",
+                "rarma monitor before.wav after.wav --rpm 1656 --teeth 6 --report page/",
+            ),
+            (
                 "What a phone has recorded, one JSON object a line",
                 "rarma monitor cut.m4a --rpm 12000 --teeth 2 --json",
             ),
@@ -170,8 +178,8 @@ const EXAMPLES: &[(&[&str], &[Example])] = &[
     (
         &["ldbb", "analyse"],
         &[(
-            "Readings that were taken before",
-            "rarma ldbb analyse m3/ --report page/",
+            "Readings that were taken before, judged by a tolerance of 10 µm",
+            "rarma ldbb analyse m3/ --tolerance 10 --report page/",
         )],
     ),
     (

@@ -14,6 +14,7 @@ impl Command {
         match self {
             Self::Monitor(a) | Self::Target(a) => files
                 .read([&a.input.input])
+                .read(&a.more)
                 .read(&a.structure)
                 .folder("--report", a.report.as_ref(), PAGE),
             Self::Listen(a) => files

@@ -31,6 +31,10 @@ pub struct KnownArgs {
     /// Look for a cyclic error of this pitch, mm.
     #[arg(long, value_name = "MM", default_value_t = 0.0, value_parser = not_negative)]
     pub pitch: f64,
+    /// Circular deviation that is allowed, µm: compared with G(b), or with G of one direction, at
+    /// the smallest force.
+    #[arg(long, value_name = "UM", value_parser = crate::args::positive)]
+    pub tolerance: Option<f64>,
 }
 
 /// Options of `ldbb run`.

@@ -46,6 +46,9 @@ pub(super) fn sound_card(option: Arg) -> Arg {
         "channel" => option.help("Channel of the card, counted from 0"),
         "second" => option.help("Second channel of the same card, counted from 0: two sensors, one verdict"),
         "tacho" => option.help("Channel of the same card, counted from 0, that holds the pulses of a tacho: its speed goes before --rpm"),
+        "more" => option.hide(true).value_parser(|_: &str| {
+            Err::<PathBuf, _>("a sound card has no place here: name it with --device")
+        }),
         "stream" | "raw" => option
             .hide(true)
             .value_parser(|_: &str| Err::<String, _>("a sound card has none")),

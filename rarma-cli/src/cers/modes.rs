@@ -136,6 +136,29 @@ pub fn rational(direct: &Direct) -> Vec<AgreedMode<f64>> {
     out
 }
 
+/// A rational function through a response.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curve {
+    /// Its modes.
+    pub modes: usize,
+    /// Part of the response that it leaves.
+    pub left: f64,
+    /// Its values at the response's frequencies, m/N.
+    pub g: Vec<Complex<f64>>,
+}
+
+/// The one of the most modes that goes, of those that [`rational`] tries.
+pub fn curve_of(direct: &Direct) -> Option<Curve> {
+    TRIED.rev().find_map(|modes| {
+        let fit = fit_modes::<f64, ROOM>(&direct.f_hz, &direct.g, modes).ok()?;
+        Some(Curve {
+            modes,
+            left: fit.residual(),
+            g: direct.f_hz.iter().map(|f| fit.at(*f)).collect(),
+        })
+    })
+}
+
 /// Modes of a record at constant speed.
 ///
 /// # Errors

@@ -25,6 +25,11 @@ const STEP: Duration = Duration::from_millis(20);
 const FIRST: Duration = Duration::from_secs(3);
 
 pub(super) fn main(args: &ActArgs) -> Result<u8, Failure> {
+    if !args.monitor.more.is_empty() {
+        return Err(Failure::Usage(
+            "several recordings: a controller is given the orders of one".to_owned(),
+        ));
+    }
     let Some(teeth) = args.monitor.teeth else {
         return Err(Failure::Usage(
             "--teeth: no speed can be proposed without the number of teeth".to_owned(),

@@ -18,6 +18,12 @@ struct Answer<'a> {
 }
 
 pub(super) fn main(args: &AdviseArgs) -> Result<u8, Failure> {
+    if !args.monitor.more.is_empty() {
+        return Err(Failure::Usage(
+            "several recordings: advice is for one at a time; `rarma monitor … --report DIR` has that of each on its page"
+                .to_owned(),
+        ));
+    }
     let json = args.monitor.json;
     // Lines are not wanted: one object at the end is.
     let listening = MonitorArgs {

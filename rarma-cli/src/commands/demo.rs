@@ -6,7 +6,7 @@ use crate::args::DemoArgs;
 use crate::collect::{Collector, News};
 use crate::failure::Failure;
 use crate::output;
-use crate::report::{self, Course, ReportInput, Sound};
+use crate::report::{self, Course, Provenance, ReportInput, Sound};
 use crate::scenario;
 use firmware::App;
 use hal_sim::plant::cut::VirtualCut;
@@ -84,6 +84,8 @@ pub(super) fn main(args: &DemoArgs) -> Result<u8, Failure> {
             truth_onset_s: truth.onset_s,
             truth_note: Some("virtual machine tool: depth passes the stability limit".to_owned()),
             missing: None,
+            window_s: None,
+            provenance: &Provenance::of_this_run(),
             version: env!("CARGO_PKG_VERSION"),
         },
     )?;

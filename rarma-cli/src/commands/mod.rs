@@ -25,6 +25,7 @@ mod population;
 mod process;
 mod psd;
 mod sensor_box;
+mod several;
 mod show;
 mod simulate;
 mod source;

@@ -4,9 +4,9 @@
 use super::listening::Ears;
 use super::show::{Audience, Finished};
 use super::source::{About, Block, Source};
-use super::{band, process, show};
+use super::{band, process, several, show};
 use crate::advice::Reach;
-use crate::args::{InputArgs, MonitorArgs};
+use crate::args::{InputArgs, MonitorArgs, notes_by_key};
 use crate::collect::News;
 use crate::controller::ActRecord;
 use crate::failure::Failure;
@@ -19,6 +19,9 @@ use rarma_core::monitor::{LEAST_MEMORY, MonitorConfig, MonitorError};
 use std::path::Path;
 
 pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
+    if !args.more.is_empty() {
+        return several::main(args);
+    }
     Ok(heard(args, Reach::default(), false, None)?.code)
 }
 
@@ -234,6 +237,15 @@ pub fn job(args: &MonitorArgs, recording: &About) -> Result<MonitorJob, Failure>
         every_s: args.every,
     };
     long_enough(&job, recording)?;
+    notes_by_key(&args.notes).map_err(Failure::Usage)?;
+    if let (Some((from, _)), Some(samples)) = (args.window, recording.samples) {
+        let end_s = samples as f64 / recording.fs;
+        if from >= end_s {
+            return Err(Failure::Usage(format!(
+                "--window: begins at {from} s and the recording ends at {end_s:.3} s (choose a stretch inside it)"
+            )));
+        }
+    }
     Ok(job)
 }
 

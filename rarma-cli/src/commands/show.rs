@@ -4,13 +4,13 @@ use super::pair;
 use super::process::Added;
 use super::source::About;
 use crate::advice::{Advisor, Reach};
-use crate::args::MonitorArgs;
+use crate::args::{MonitorArgs, notes_by_key};
 use crate::collect::News;
 use crate::controller::{ActRecord, words};
 use crate::failure::Failure;
 use crate::output::stdout;
 use crate::record::{NoticeKind, NoticeRecord, State, Summary, TachoFault};
-use crate::report::{self, Course, ReportInput, Sound};
+use crate::report::{self, Course, Provenance, ReportInput, Sound};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rarma_box::wire::MonitorJob;
 use rarma_core::decide::Structure;
@@ -158,8 +158,14 @@ impl<'a> Audience<'a> {
             name: about.path.display().to_string(),
             fs: about.fs,
             band_hz,
-            sound: Sound::new(about.fs, band_hz),
-            course: Course::default(),
+            sound: match args.window {
+                Some(window) => Sound::new(about.fs, band_hz).within(window),
+                None => Sound::new(about.fs, band_hz),
+            },
+            course: match args.window {
+                Some(window) => Course::default().within(window),
+                None => Course::default(),
+            },
         };
         Self {
             args,
@@ -240,6 +246,7 @@ impl<'a> Audience<'a> {
     pub fn finish(self, mut summary: Summary) -> Result<Finished, Failure> {
         self.bar.finish_and_clear();
         self.advisor.add_to(&mut summary);
+        summary.notes = notes_by_key(&self.args.notes).map_err(Failure::Usage)?;
         if let Some(mut json) = self.json {
             for notice in &summary.notices {
                 eprintln!("{}", notice_words(notice));
@@ -352,6 +359,15 @@ fn write(
     page: &Page,
     (summary, advisor): (&Summary, &Advisor),
 ) -> Result<(), Failure> {
+    // A pipe has no date that means anything.
+    let file = std::fs::metadata(&args.input.input)
+        .ok()
+        .filter(std::fs::Metadata::is_file);
+    let provenance = Provenance {
+        recorded: file.and_then(|file| file.modified().ok()),
+        notes: args.notes.clone(),
+        ..Provenance::of_this_run()
+    };
     let path = report::write(
         dir,
         &ReportInput {
@@ -368,6 +384,8 @@ fn write(
             truth_onset_s: None,
             truth_note: None,
             missing: Some(&advisor.missing()),
+            window_s: args.window,
+            provenance: &provenance,
             version: env!("CARGO_PKG_VERSION"),
         },
     )?;

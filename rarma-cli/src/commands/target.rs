@@ -25,6 +25,12 @@ use xtask::{EMULATED_BOARD, Workspace, fw, qemu};
 pub const ELF_VARIABLE: &str = "RARMA_TARGET_ELF";
 
 pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
+    if !args.more.is_empty() {
+        return Err(Failure::Usage(
+            "several recordings: the chip takes one at a time; use `rarma monitor` for more"
+                .to_owned(),
+        ));
+    }
     if args.second.is_some() {
         return Err(Failure::Usage(
             "--second: a job for the box names one channel; use `rarma monitor` for two".to_owned(),

@@ -1,5 +1,6 @@
 //! A test to its findings.
 
+use super::circularity::{Cause, Circularity, causes};
 use super::runs::{RunData, Static, steps};
 use super::steady::steadied;
 use super::stiffness::{AllRound, Cycle, all_round, moving_cycles, static_cycles, trace};
@@ -24,6 +25,8 @@ pub struct Options {
     pub radius_m: f64,
     /// See [`Self::radius_m`].
     pub feed_m_s: f64,
+    /// Names of the plane's axes.
+    pub axes: [&'static str; 2],
 }
 
 impl Default for Options {
@@ -35,6 +38,7 @@ impl Default for Options {
             pitch_m: 0.0,
             radius_m: 0.15,
             feed_m_s: 1.0 / 60.0,
+            axes: ["X", "Y"],
         }
     }
 }
@@ -93,6 +97,10 @@ pub struct AtForce {
     pub circular_um: f64,
     /// See [`Self::circular_um`].
     pub circular_least_um: f64,
+    /// Deviations of each direction and of both together.
+    pub circularity: Circularity,
+    /// Which errors make it, the largest first.
+    pub causes: Vec<Cause>,
     /// Distance of the two directions; null for one.
     pub hysteresis_um: Option<f64>,
     /// Where, degrees.
@@ -206,7 +214,13 @@ fn at_force(runs: &[&RunData], options: &Options) -> Result<AtForce, LdbbError> 
     } else {
         Vec::new()
     };
-    Ok(AtForce {
+    let alone = |t: &Option<_>| t.as_ref().map(circular_deviation).transpose();
+    let circularity = Circularity::of(
+        alone(&ccw)?.as_ref(),
+        alone(&cw)?.as_ref(),
+        both.then_some(&deviation),
+    );
+    let mut at_force = AtForce {
         force_n: runs.iter().map(|r| r.force_n).sum::<f64>() / runs.len() as f64,
         runs: runs.iter().map(|r| r.number).collect(),
         centre_um: pair(e.centre_m),
@@ -225,5 +239,9 @@ fn at_force(runs: &[&RunData], options: &Options) -> Result<AtForce, LdbbError> 
         circular_least_um: 1e6 * deviation.least_zone_m,
         hysteresis_um: both.then_some(1e6 * deviation.hysteresis_m),
         hysteresis_at_deg: both.then_some(deviation.hysteresis_at_rad.to_degrees()),
-    })
+        circularity,
+        causes: Vec::new(),
+    };
+    at_force.causes = causes(&at_force, options, options.axes);
+    Ok(at_force)
 }

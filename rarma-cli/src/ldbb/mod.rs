@@ -1,5 +1,6 @@
 //! Evaluation of loaded ball bar tests, for the commands and for tests of them.
 
+pub mod circularity;
 pub mod compare;
 pub mod evaluate;
 pub mod runs;

@@ -26,7 +26,7 @@ pub struct Conditions {
 
 impl Conditions {
     /// Names of the two axes.
-    pub fn axes(&self) -> [&str; 2] {
+    pub fn axes(&self) -> [&'static str; 2] {
         match self.plane.as_str() {
             "YZ" => ["Y", "Z"],
             "ZX" => ["Z", "X"],

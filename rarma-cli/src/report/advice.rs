@@ -42,10 +42,11 @@ pub(super) fn section(job: &ReportInput<'_>) -> String {
     html
 }
 
-/// The reach as a line, pockets as blocks on it, the present speed as a mark.
+/// The reach as a line, pockets as blocks on it, the present speed as a mark; nothing where
+/// there is no pocket, which the words say.
 fn strip(advice: &AdviceRecord) -> String {
     let [low, high] = advice.reach_rpm;
-    if !(high > low) {
+    if !(high > low) || advice.speeds.is_empty() {
         return String::new();
     }
     let at = |rpm: f64| ENDS.0 + (ENDS.1 - ENDS.0) * ((rpm - low) / (high - low)).clamp(0.0, 1.0);

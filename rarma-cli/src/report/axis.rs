@@ -68,6 +68,16 @@ impl Axis {
         self.from + share * (self.to - self.from)
     }
 
+    /// Pixel of a value, outside the axis as well. What has no logarithm lies far below.
+    pub(super) fn beyond(&self, value: f64) -> f64 {
+        let share = if self.log {
+            (value.max(1e-6 * self.lo) / self.lo).ln() / (self.hi / self.lo).ln()
+        } else {
+            (value - self.lo) / (self.hi - self.lo)
+        };
+        self.from + share * (self.to - self.from)
+    }
+
     /// About `wanted` round values with their labels.
     pub(super) fn ticks(&self, wanted: usize) -> Vec<(f64, String)> {
         if self.log {

@@ -1,6 +1,8 @@
 //! Curves and points over two axes, for pages that are not about time.
 
 use super::axis::{Axis, grid};
+use super::palette;
+use super::scene::APART;
 use super::text::{escape, px};
 
 const WIDTH: f64 = 1000.0;
@@ -8,34 +10,14 @@ const LEFT: f64 = 84.0;
 const RIGHT: f64 = 924.0;
 const TOP: f64 = 30.0;
 const FOOT: f64 = 42.0;
-/// Colours there are, `c0` to `c5` in the style sheet.
-const COLOURS: usize = 6;
+/// Letters of a name that fit into half of the width.
+const HALF: usize = 58;
+/// Letters of a name that fit right of the plot.
+const MARGIN: usize = 10;
 /// Height of a line of the legend.
 const LEGEND: f64 = 18.0;
 
-/// How a series is drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Mark {
-    /// Joined; a value that is not finite breaks the line.
-    Line,
-    /// Joined and dashed.
-    Dashes,
-    /// Dots.
-    Dots,
-}
-
-/// One series.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Series {
-    /// What the legend calls it; empty: it is not in the legend.
-    pub name: String,
-    /// Points; those outside the axes are left out.
-    pub points: Vec<(f64, f64)>,
-    /// How it is drawn.
-    pub mark: Mark,
-    /// Number of its colour; series of one case share one.
-    pub colour: usize,
-}
+pub use super::series::{Mark, Series};
 
 /// One axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,10 +76,49 @@ pub struct Chart {
 }
 
 impl Chart {
+    /// Whether a series has its name at its end instead of in the legend: one of an order that
+    /// goes to the right edge, if there is room for it.
+    fn labelled(&self, s: &Series) -> bool {
+        palette::ordered(s.colour)
+            && s.name.chars().count() <= MARGIN
+            && s.points
+                .last()
+                .is_some_and(|p| p.0 > self.x.range.0 + 0.97 * (self.x.range.1 - self.x.range.0))
+    }
+
+    /// Names of series in an order, right of their ends; those that would overlap are moved down.
+    fn end_labels(&self, svg: &mut String, x: &Axis, y: &Axis) {
+        let those = self.series.iter().filter(|s| s.named() && self.labelled(s));
+        let mut ends: Vec<(f64, &str)> = those
+            .filter_map(|s| Some((s.points.last()?, s.name.as_str())))
+            .filter(|(p, _)| x.holds(p.0) && y.holds(p.1))
+            .map(|(p, name)| (y.at(p.1), name))
+            .collect();
+        ends.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut next = f64::MIN;
+        for (at, name) in ends {
+            let at = at.max(next);
+            next = at + APART;
+            put!(
+                svg,
+                r#"<text x="{}" y="{}" class="small">{}</text>"#,
+                px(RIGHT + 7.0),
+                px(at + 4.0),
+                escape(name)
+            );
+        }
+    }
+
     /// The figure as HTML.
     pub fn figure(&self) -> String {
-        let named = self.series.iter().filter(|s| !s.name.is_empty());
-        let legend = LEGEND * named.clone().count().div_ceil(2) as f64;
+        let named = self
+            .series
+            .iter()
+            .filter(|s| s.named() && !self.labelled(s));
+        let longest = named.clone().map(|s| s.name.chars().count()).max();
+        let columns = if longest.unwrap_or(0) > HALF { 1 } else { 2 };
+        let legend = LEGEND * named.clone().count().div_ceil(columns) as f64;
+        let marked = self.series.iter().filter(|s| s.wants_marks()).count() > 1;
         let top = TOP + legend;
         let bottom = top + self.height;
         let (x, y) = (self.x.axis(LEFT, RIGHT), self.y.axis(bottom, top));
@@ -109,13 +130,13 @@ impl Chart {
         );
         for (k, s) in named.enumerate() {
             let at = (
-                LEFT + 430.0 * (k % 2) as f64,
-                TOP + LEGEND * (k / 2) as f64 + 4.0,
+                LEFT + 430.0 * (k % columns) as f64,
+                TOP + LEGEND * (k / columns) as f64 + 4.0,
             );
             put!(
                 svg,
                 r#"{}<text x="{}" y="{}" class="legend">{}</text>"#,
-                sample(s, at),
+                s.sample(at, marked),
                 px(at.0 + 34.0),
                 px(at.1 + 4.0),
                 escape(&s.name)
@@ -123,8 +144,9 @@ impl Chart {
         }
         grid(&mut svg, (&x, 10), (&y, 6));
         for s in &self.series {
-            svg.push_str(&drawn(s, &x, &y));
+            svg.push_str(&s.drawn(&x, &y, marked));
         }
+        self.end_labels(&mut svg, &x, &y);
         put!(
             svg,
             r#"<rect class="frame" x="{LEFT}" y="{}" width="{}" height="{}"/><text class="name" x="{}" y="{}" text-anchor="middle">{}</text><text class="name" text-anchor="middle" transform="translate(18 {}) rotate(-90)">{}</text>"#,
@@ -144,53 +166,6 @@ impl Chart {
             escape(&self.caption)
         )
     }
-}
-
-fn class(s: &Series) -> String {
-    let dashed = if s.mark == Mark::Dashes {
-        " dashed"
-    } else {
-        ""
-    };
-    let kind = if s.mark == Mark::Dots {
-        "dots"
-    } else {
-        "curve"
-    };
-    format!("{kind} c{}{dashed}", s.colour % COLOURS)
-}
-
-fn sample(s: &Series, (x, y): (f64, f64)) -> String {
-    let class = class(s);
-    match s.mark {
-        Mark::Dots => format!(r#"<path class="{class}" d="{}"/>"#, dot(x + 15.0, y)),
-        _ => format!(r#"<path class="{class}" d="M{} {}h28"/>"#, px(x), px(y)),
-    }
-}
-
-fn dot(x: f64, y: f64) -> String {
-    format!("M{} {}a3 3 0 1 0 6 0a3 3 0 1 0 -6 0z", px(x - 3.0), px(y))
-}
-
-fn drawn(s: &Series, x: &Axis, y: &Axis) -> String {
-    let mut d = String::new();
-    let mut joined = false;
-    for &(a, b) in &s.points {
-        let seen = x.holds(a) && y.holds(b);
-        if seen && s.mark == Mark::Dots {
-            d.push_str(&dot(x.at(a), y.at(b)));
-        } else if seen {
-            put!(
-                d,
-                "{}{} {}",
-                if joined { 'L' } else { 'M' },
-                px(x.at(a)),
-                px(y.at(b))
-            );
-        }
-        joined = seen;
-    }
-    format!(r#"<path class="{}" d="{d}"/>"#, class(s))
 }
 
 /// A page of headed figures and tables, in the same dress as a run's report.
@@ -229,6 +204,36 @@ mod tests {
     use super::*;
 
     #[test]
+    fn names_at_the_ends_are_all_there_and_do_not_overlap() {
+        let line = |k: usize| Series {
+            name: format!("line {k}"),
+            points: vec![(0.0, 1.0), (4.0, 1.0 + 0.01 * k as f64)],
+            mark: Mark::Line,
+            colour: palette::step(k, 5),
+        };
+        let chart = Chart {
+            title: "T".to_owned(),
+            x: Scale::linear("x", 0.0, 4.0),
+            y: Scale::linear("y", 0.0, 3.0),
+            height: 100.0,
+            series: (0..5).map(line).collect(),
+            caption: "c".to_owned(),
+        };
+        let html = chart.figure();
+        let places: Vec<f64> = html
+            .split(r#"<text x="931" y=""#)
+            .skip(1)
+            .filter_map(|rest| rest.split('"').next()?.parse().ok())
+            .collect();
+        assert_eq!(places.len(), 5, "{html}");
+        assert!(
+            places.windows(2).all(|w| w[1] - w[0] >= APART),
+            "{places:?}"
+        );
+        assert!(!html.contains("class=\"legend\""), "none is named twice");
+    }
+
+    #[test]
     fn lines_break_where_there_is_nothing_and_dots_stay_inside() {
         let series = |mark| Series {
             name: "a & b".to_owned(),
@@ -259,7 +264,7 @@ mod tests {
         let d = &line[..line.find('"').expect("end")];
         assert_eq!(
             (d.matches('M').count(), d.matches('L').count()),
-            (2, 1),
+            (2, 2),
             "{d}"
         );
         let dots = html.rsplit("dots c1\" d=\"").next().expect("the dots");

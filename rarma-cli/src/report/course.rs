@@ -49,7 +49,11 @@ pub(super) struct Shown {
 /// A run as it goes.
 #[derive(Debug, Clone, Default)]
 pub struct Course {
+    /// Stretch of time that is drawn, s.
+    within: Option<(f64, f64)>,
     moments: Moments,
+    /// Lines that are drawn.
+    lines: u64,
     /// The last line: when, what and why.
     last: Option<(f64, State, Reason)>,
     spent: Vec<(State, Reason, f64)>,
@@ -93,6 +97,15 @@ fn spend(spent: &mut Vec<(State, Reason, f64)>, state: State, reason: Reason, pa
 }
 
 impl Course {
+    /// Draws what lies between two instants, s, and nothing else; what is told in words is of
+    /// all of the run.
+    pub fn within(self, window_s: (f64, f64)) -> Self {
+        Self {
+            within: Some(window_s),
+            ..self
+        }
+    }
+
     /// Takes what was said.
     pub fn take(&mut self, news: &News) {
         match news {
@@ -130,7 +143,13 @@ impl Course {
             self.speed_at(line.t, rpm);
         }
         self.reading(line.t, line.amplitude);
-        self.moments.push(Moment::of(line));
+        if self
+            .within
+            .is_none_or(|(from, to)| (from..to).contains(&line.t))
+        {
+            self.lines += 1;
+            self.moments.push(Moment::of(line));
+        }
     }
 
     fn speed_at(&mut self, t: f64, rpm: f64) {
@@ -243,6 +262,11 @@ impl Course {
         let before = self.of_first.remove(&key).and_then(|(_, inside)| inside);
         let fits = if inside { Some(shown.clone()) } else { before };
         self.of_first.insert(key, (shown, fits));
+    }
+
+    /// Lines that are drawn.
+    pub(super) fn lines(&self) -> u64 {
+        self.lines
     }
 
     /// The lines, thinned.

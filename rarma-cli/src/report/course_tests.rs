@@ -37,6 +37,8 @@ fn an_alarm_takes_the_nearest_speed_and_what_was_said_most() {
         off: None,
         f: 900.0,
         zeta: 0.0,
+        zeta_median: None,
+        zeta_deviation: None,
         advice: None,
     };
     let say = |course: &mut Course, t: f64, rpm, amplitude| {

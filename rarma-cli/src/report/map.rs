@@ -91,7 +91,8 @@ impl Map {
             px(0.5 * (TOP + bottom)),
             escape(&self.y.0)
         );
-        let caption = format!("{} Dark to bright: {low:.0} to {high:.0} dB.", self.caption);
+        let ends = format!("{low:.0} to {high:.0} dB").replace('-', "−");
+        let caption = format!("{} Dark to bright: {ends}.", self.caption);
         format!(
             "<figure><div class=\"scroll\"><svg viewBox=\"0 0 {WIDTH} {}\" role=\"img\" aria-label=\"{}\">{svg}</svg></div><figcaption>{}</figcaption></figure>\n",
             px(bottom + FOOT),

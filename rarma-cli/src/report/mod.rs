@@ -21,16 +21,23 @@ mod advice;
 mod amplitude;
 mod axis;
 mod band;
+pub mod bars;
 pub mod chart;
 mod colours;
+pub mod comparison;
 mod course;
+mod date;
+mod density;
 pub mod map;
 mod modes;
 mod moment;
 mod multiples;
+pub mod palette;
 mod panel;
 pub mod polar;
+mod provenance;
 mod scene;
+mod series;
 mod signal;
 mod sound;
 mod tables;
@@ -42,6 +49,7 @@ mod waterfall;
 mod words;
 
 pub use course::Course;
+pub use provenance::Provenance;
 pub use sound::Sound;
 
 use crate::advice::Missing;
@@ -81,6 +89,10 @@ pub struct ReportInput<'a> {
     pub truth_note: Option<String>,
     /// What is missing to say which speed to turn instead; `None`: nobody asks.
     pub missing: Option<&'a [Missing]>,
+    /// Stretch that the pictures show, s; `None`: all.
+    pub window_s: Option<(f64, f64)>,
+    /// When, by which command, and what the user noted.
+    pub provenance: &'a Provenance,
     /// Version of the program that made the run.
     pub version: &'a str,
 }
@@ -128,12 +140,14 @@ pub fn page(job: &ReportInput<'_>) -> String {
     for sentence in &verdict.details {
         put!(html, "<p>{}</p>\n", escape(sentence));
     }
+    html.push_str(&job.provenance.line());
     html.push_str("</header>\n<main>\n");
     html.push_str(&advice::section(job));
     html.push_str(&tables::alarms(&scene));
     html.push_str(
         "<section aria-label=\"Pictures over time\">\n<h2>What was seen, over time</h2>\n",
     );
+    html.push_str(&words::on_the_window(&scene));
     html.push_str(&signal::figure(&scene));
     html.push_str(&waterfall::figure(&scene));
     html.push_str(&modes::damping(&scene));

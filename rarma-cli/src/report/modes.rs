@@ -4,12 +4,15 @@ use super::axis::Axis;
 use super::moment::Seen;
 use super::panel::{Panel, TOP};
 use super::text::{hertz, percent, px};
-use super::{Scene, band, multiples};
+use super::{Scene, band, density, multiples};
 use crate::record::Label;
 use std::collections::HashSet;
 
 /// Size of the grid that points are thinned to, pixels.
 const CELL: f64 = 3.0;
+/// Marks of self-excited modes that do not hide each other: a few in a long run must be seen,
+/// and more are a density like the others.
+const MARKS: usize = 1000;
 /// Ends of the damping axis, percent.
 const ZETA: (f64, f64) = (0.01, 100.0);
 /// Drawn in this order, so that what matters lies on top.
@@ -82,31 +85,50 @@ fn points(
     found
 }
 
+/// Whether modes of a label are drawn as a density, of which there would be so many marks.
+fn in_cells(scene: &Scene<'_>, label: Label, marks: usize) -> bool {
+    scene.dense() && (label != Label::SelfExcited || marks > MARKS)
+}
+
 /// Draws the damping of each mode.
 pub(super) fn damping(scene: &Scene<'_>) -> String {
     let mut panel = Panel::new(scene, 240.0, "(c) Damping");
     let y = Axis::log(ZETA.0, ZETA.1, panel.bottom, TOP);
     panel.axes(&y, 5, "damping ratio ζ (%)");
     panel.spans();
-    let threshold = 100.0 * scene.job.threshold;
-    if y.holds(threshold) {
-        let at = y.at(threshold);
-        panel.level(at, "threshold");
-        panel.margin(at - 6.0, "small", "threshold");
-        panel.margin(at + 8.0, "small", &percent(scene.job.threshold));
+    let thresholds = [
+        (scene.release(), "release", "release"),
+        (scene.job.threshold, "threshold", "undamped"),
+    ];
+    for (zeta, class, name) in thresholds {
+        if y.holds(100.0 * zeta) {
+            let at = y.at(100.0 * zeta);
+            panel.level(at, class);
+            panel.margin(at - 6.0, "small", name);
+            panel.margin(at + 7.0, "small", &percent(zeta));
+        }
     }
-    for label in LABELS {
+    let dense = scene.dense();
+    // A band for each of so many lines would cover the plot.
+    for label in LABELS.into_iter().filter(|_| !dense) {
         let band = band::path(&panel, scene, label, &y);
         panel.add(&format!(
             r#"<path class="{} confidence" d="{band}"/>"#,
             class(label)
         ));
     }
-    let mut below = 0;
+    let (mut below, mut marked) = (0, true);
     for label in LABELS {
         let place = |m: &Seen| m.zeta.is_finite().then(|| (y.at(100.0 * m.zeta), 2.1));
+        let found = points(&panel, scene, label, place);
+        let cells = in_cells(scene, label, found.len());
+        marked &= !(cells && label == Label::SelfExcited);
+        if cells {
+            let place = |m: &Seen| (100.0 * m.zeta >= ZETA.0).then(|| y.at(100.0 * m.zeta));
+            panel.add(&density::cells(&panel, scene, (label, class(label)), place));
+        }
         let (mut marks, mut arrows) = (String::new(), String::new());
-        for (x, at, r, mode) in points(&panel, scene, label, place) {
+        for (x, at, r, mode) in found {
             if 100.0 * mode.zeta < ZETA.0 {
                 // Off the logarithmic axis: undamped or worse.
                 put!(
@@ -118,7 +140,9 @@ pub(super) fn damping(scene: &Scene<'_>) -> String {
                 below += 1;
                 continue;
             }
-            marks.push_str(&mark(label, x, at, r));
+            if !cells {
+                marks.push_str(&mark(label, x, at, r));
+            }
         }
         let class = class(label);
         panel.add(&format!(
@@ -126,18 +150,28 @@ pub(super) fn damping(scene: &Scene<'_>) -> String {
         ));
     }
     let band = r#"<path class="struct confidence" d="M-12 -5H12V5H-12Z"/>"#.to_owned();
-    legend(&mut panel, &[(band, "± 1.96 sd")]);
+    let band = [(band, "± 1.96 sd")];
+    legend(&mut panel, if dense { &[] } else { &band });
     let alt = format!(
         "Damping ratio of each mode against time on a logarithmic axis from {} to {} percent, \
-         threshold at {}. {}",
+         undamped below {}, release above {}. {}",
         ZETA.0,
         ZETA.1,
         percent(scene.job.threshold),
+        percent(scene.release()),
         scene.spans_in_words()
     );
-    let mut caption = String::from(
-        "Operational damping ratio of each mode. Bands: 1.96 standard deviations either way, \
-         which hold the true one with 95 % if the model is right.",
+    let mut caption = String::from("Operational damping ratio of each mode.");
+    if dense {
+        caption.push_str(&density::caption(marked));
+    } else {
+        caption.push_str(
+            " Bands: 1.96 standard deviations either way, which hold the true one with 95 % if the \
+             model is right.",
+        );
+    }
+    caption.push_str(
+        " Dashed: below it a mode counts as undamped; dotted: above it an alarm may be released.",
     );
     if below > 0 {
         caption.push_str(" Arrows at the bottom: ζ below 0.01 %, zero or negative.");
@@ -154,6 +188,8 @@ pub(super) fn frequency(scene: &Scene<'_>) -> String {
     scene.band_edges(&mut panel, &y, "band");
     let taken = scene.alarm_marks(&mut panel, &y);
     let forcing = multiples::draw(&mut panel, scene, &y, "harmonic", Some(taken));
+    let dense = scene.dense();
+    let mut marked = true;
     for label in LABELS {
         let place = |m: &Seen| {
             y.holds(m.f).then(|| {
@@ -165,7 +201,14 @@ pub(super) fn frequency(scene: &Scene<'_>) -> String {
                 (y.at(m.f), r)
             })
         };
-        let marks: String = points(&panel, scene, label, place)
+        let found = points(&panel, scene, label, place);
+        if in_cells(scene, label, found.len()) {
+            let place = |m: &Seen| y.holds(m.f).then(|| y.at(m.f));
+            panel.add(&density::cells(&panel, scene, (label, class(label)), place));
+            marked &= label != Label::SelfExcited;
+            continue;
+        }
+        let marks: String = found
             .iter()
             .map(|(x, at, r, _)| mark(label, *x, *at, *r))
             .collect();
@@ -177,10 +220,16 @@ pub(super) fn frequency(scene: &Scene<'_>) -> String {
         extra.push((line, drawn.name));
     }
     legend(&mut panel, &extra);
-    let mut caption = String::from(
-        "Frequency of each mode: large marks for ζ below 1 %, middle below 5 %, small above. \
-         Dashed: edges of the analysed band.",
-    );
+    let mut caption = String::from("Frequency of each mode");
+    caption.push_str(if dense {
+        "."
+    } else {
+        ": large marks for ζ below 1 %, middle below 5 %, small above."
+    });
+    caption.push_str(" Dashed: edges of the analysed band.");
+    if dense {
+        caption.push_str(&density::caption(marked));
+    }
     if let Some(drawn) = &forcing {
         caption.push_str(&drawn.caption);
     }

@@ -18,6 +18,8 @@ pub(super) struct Moment {
     pub(super) t: f64,
     /// The states among them, a bit for each.
     states: u8,
+    /// How many lines.
+    pub(super) lines: u32,
     /// Speed, 1/min, where one is known.
     pub(super) rpm: Option<f64>,
     /// Modes of one of the lines.
@@ -34,6 +36,8 @@ pub(super) struct Seen {
     pub(super) zeta: f64,
     pub(super) zeta_sd: f64,
     pub(super) label: Label,
+    /// Modes that lie here in a picture of damping.
+    pub(super) n: u32,
     cells: Cells,
 }
 
@@ -44,6 +48,7 @@ struct Mark {
     f: f32,
     zeta: f32,
     label: Label,
+    n: u32,
     cells: Cells,
 }
 
@@ -64,11 +69,13 @@ impl Moment {
             zeta: m.zeta,
             zeta_sd: m.zeta_sd,
             label: m.label,
+            n: 1,
             cells: cells(m.zeta, m.f),
         };
         Self {
             t: line.t,
             states: 1 << line.state as u8,
+            lines: 1,
             rpm: line.spindle.rpm,
             modes: line.modes.iter().map(seen).collect(),
             more: Vec::new(),
@@ -93,6 +100,7 @@ impl Moment {
             zeta: f64::from(m.zeta),
             zeta_sd: f64::NAN,
             label: m.label,
+            n: m.n,
             cells: m.cells,
         });
         self.modes.iter().copied().chain(more)
@@ -101,6 +109,7 @@ impl Moment {
     /// Takes in the moment that follows.
     fn join(&mut self, mut next: Self) {
         self.states |= next.states;
+        self.lines = self.lines.saturating_add(next.lines);
         self.rpm = self.rpm.or(next.rpm);
         if self.modes.is_empty() {
             core::mem::swap(&mut self.modes, &mut next.modes);
@@ -112,6 +121,7 @@ impl Moment {
                 f: seen.f as f32,
                 zeta: seen.zeta as f32,
                 label: seen.label,
+                n: seen.n,
                 cells: seen.cells,
             });
         }
@@ -146,6 +156,7 @@ impl Moment {
             (zeta, f) = (zeta | by_zeta, f | by_f);
         }
         if zeta && f {
+            self.count(new);
             return;
         }
         if same < MORE {
@@ -164,9 +175,23 @@ impl Moment {
             if let Some(end) = end
                 && of(&new) < of(end)
             {
-                *end = new;
+                let old = core::mem::replace(end, new);
+                self.count(old);
                 return;
             }
+        }
+        self.count(new);
+    }
+
+    /// Counts a mode that is not drawn with the one whose damping is nearest to its own.
+    fn count(&mut self, new: Mark) {
+        let away = |cells: Cells| (i32::from(cells.0) - i32::from(new.cells.0)).abs();
+        let ours = self.modes.iter_mut().filter(|m| m.label == new.label);
+        let ours = ours.map(|m| (away(m.cells), &mut m.n));
+        let more = self.more.iter_mut().filter(|m| m.label == new.label);
+        let more = more.map(|m| (away(m.cells), &mut m.n));
+        if let Some((_, n)) = ours.chain(more).min_by_key(|(away, _)| *away) {
+            *n = n.saturating_add(new.n);
         }
     }
 }

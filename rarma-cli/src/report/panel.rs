@@ -20,6 +20,9 @@ pub(super) const TOP: f64 = 30.0;
 /// Room for the time axis below the plot.
 const FOOT: f64 = 42.0;
 
+/// Narrower spans have no edges of their own, which would hide what is in them, pixels.
+const EDGED: f64 = 8.0;
+
 /// One picture on its way to SVG.
 pub(super) struct Panel<'a> {
     scene: &'a Scene<'a>,
@@ -36,7 +39,7 @@ impl<'a> Panel<'a> {
         let mut panel = Self {
             scene,
             bottom: TOP + height,
-            x: Axis::linear(0.0, scene.t_end, LEFT, RIGHT),
+            x: Axis::linear(scene.t_start, scene.t_end, LEFT, RIGHT),
             svg: String::new(),
         };
         panel.label(LEFT, TOP - 11.0, "title", "start", title);
@@ -117,15 +120,21 @@ impl<'a> Panel<'a> {
     fn close(&mut self) {
         for &(on, off) in &self.scene.drawn {
             let (x0, x1) = (self.x.at(on), self.x.at(off));
+            if x1 - x0 >= EDGED {
+                put!(
+                    self.svg,
+                    r#"<path class="edge" d="M{} {TOP}V{b}M{} {TOP}V{b}"/>"#,
+                    px(x0),
+                    px(x1),
+                    b = px(self.bottom),
+                );
+            }
             put!(
                 self.svg,
-                r#"<path class="edge" d="M{} {TOP}V{b}M{} {TOP}V{b}"/><path class="bar" d="M{} {}H{}"/>"#,
-                px(x0),
-                px(x1),
+                r#"<path class="bar" d="M{} {}H{}"/>"#,
                 px(x0),
                 px(TOP - 2.5),
                 px(x1.max(x0 + 1.0)),
-                b = px(self.bottom),
             );
         }
         if let Some(onset) = self.scene.truth() {

@@ -1,13 +1,15 @@
 //! Quantities all round: a polar diagram in the dress of the other pictures.
 
 use super::axis::Axis;
+use super::palette;
 use super::text::{escape, px, significant};
 
 const WIDTH: f64 = 1000.0;
 const RADIUS: f64 = 230.0;
 const CENTRE: (f64, f64) = (360.0, 290.0);
 const HEIGHT: f64 = 580.0;
-const COLOURS: usize = 6;
+/// Letters of a name that fit right of the circle.
+const LETTERS: usize = 44;
 
 /// One curve.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,18 +84,26 @@ impl Polar {
                 30 * k
             );
         }
-        for (k, s) in self.series.iter().enumerate() {
+        let mut at = 60.0;
+        for s in &self.series {
             let dashed = if s.dashed { " dashed" } else { "" };
-            let class = format!("curve c{}{dashed}", s.colour % COLOURS);
-            let at = 60.0 + 20.0 * k as f64;
+            let class = format!("curve {}{dashed}", palette::class(s.colour));
             put!(
                 svg,
-                r#"<path class="{class}" d="{}"/><path class="{class}" d="M660 {}h28"/><text x="694" y="{}" class="legend">{}</text>"#,
+                r#"<path class="{class}" d="{}"/><path class="{class}" d="M660 {}h28"/>"#,
                 path(&s.points, &axis),
                 px(at),
-                px(at + 4.0),
-                escape(&s.name)
             );
+            for line in lines(&s.name) {
+                put!(
+                    svg,
+                    r#"<text x="694" y="{}" class="legend">{}</text>"#,
+                    px(at + 4.0),
+                    escape(&line)
+                );
+                at += 17.0;
+            }
+            at += 4.0;
         }
         put!(
             svg,
@@ -109,6 +119,25 @@ impl Polar {
             escape(&self.caption)
         )
     }
+}
+
+/// A name in lines that fit.
+fn lines(name: &str) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in name.split(' ') {
+        let full = lines
+            .last()
+            .map_or(0, |l| l.chars().count() + 1 + word.chars().count());
+        match lines.last_mut() {
+            Some(line) if line.is_empty() => line.push_str(word),
+            Some(line) if full <= LETTERS => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
 }
 
 fn path(points: &[(f64, f64)], axis: &Axis) -> String {
@@ -139,6 +168,18 @@ fn path(points: &[(f64, f64)], axis: &Axis) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_long_name_is_broken_between_words() {
+        let name = "force and chip thickness 45° apart, of a very long machine";
+        let broken = lines(name);
+        assert_eq!(broken.len(), 2);
+        assert!(
+            broken.iter().all(|l| l.chars().count() <= LETTERS),
+            "{broken:?}"
+        );
+        assert_eq!(broken.join(" "), name);
+    }
 
     #[test]
     fn right_is_zero_and_up_is_a_quarter() {

@@ -5,6 +5,7 @@ use super::axis::Axis;
 use super::panel::{Panel, RIGHT};
 use super::text::{hertz, px, seconds};
 use crate::record::{NoticeKind, NoticeRecord};
+use rarma_core::decide::AlarmConfig;
 
 /// An alarm as drawn.
 pub(super) struct Span {
@@ -22,19 +23,25 @@ pub(super) struct Scene<'a> {
     pub(super) job: &'a ReportInput<'a>,
     /// Sampling rate, positive.
     pub(super) fs: f64,
-    /// End of the time axis, positive, s.
+    /// End of the run, positive, s.
+    pub(super) end_s: f64,
+    /// Ends of the time axis, s: of the run, or of the window that is wanted.
+    pub(super) t_start: f64,
+    /// See [`Self::t_start`].
     pub(super) t_end: f64,
     /// Top of both frequency axes, Hz: the analysed band and a little more, for
     /// above it there is nothing but noise.
     pub(super) f_top: f64,
-    /// Alarms with finite times.
+    /// Alarms with finite times, those of the window.
     pub(super) spans: Vec<Span>,
     /// The same as they are drawn: where there are many, those that touch are one.
     pub(super) drawn: Vec<(f64, f64)>,
 }
 
+/// Lines of which each is drawn by itself, at most: two to a pixel.
+const DENSE: u64 = 1680;
 /// Distance of two labels above each other at which both can be read, pixels.
-const APART: f64 = 13.0;
+pub(super) const APART: f64 = 13.0;
 
 impl<'a> Scene<'a> {
     /// Finds the ranges.
@@ -46,8 +53,12 @@ impl<'a> Scene<'a> {
             .into_iter()
             .chain(alarms.flat_map(|a| [a.on, a.off.unwrap_or(0.0)]))
             .filter(|t| t.is_finite())
-            .fold(job.sound.samples() as f64 / fs, f64::max);
-        let t_end = if positive(t_end) { t_end } else { 1.0 };
+            .fold(job.sound.heard() as f64 / fs, f64::max);
+        let end_s = if positive(t_end) { t_end } else { 1.0 };
+        let (t_start, t_end) = match job.window_s {
+            Some((from, to)) if from >= 0.0 && to > from && from < end_s => (from, to.min(end_s)),
+            _ => (0.0, end_s),
+        };
         let spans: Vec<Span> = job
             .summary
             .alarms
@@ -55,18 +66,21 @@ impl<'a> Scene<'a> {
             .filter(|a| a.on.is_finite())
             .map(|a| Span {
                 on: a.on,
-                off: a.off.filter(|t| t.is_finite()).unwrap_or(t_end),
+                off: a.off.filter(|t| t.is_finite()).unwrap_or(end_s),
                 f: a.f,
             })
+            .filter(|s| s.on <= t_end && s.off >= t_start)
             .collect();
         let wanted = (1.15 * job.band_hz.1).max(1.05 * job.course.highest_hz);
         let f_top = if positive(wanted) { wanted } else { fs };
         Self {
             job,
             fs,
+            end_s,
+            t_start,
             t_end,
             f_top: f_top.min(0.5 * fs),
-            drawn: drawn(&spans, t_end),
+            drawn: drawn(&spans, t_end - t_start),
             spans,
         }
     }
@@ -74,7 +88,19 @@ impl<'a> Scene<'a> {
     /// The true onset, if there is one on the time axis.
     pub(super) fn truth(&self) -> Option<f64> {
         let onset = self.job.truth_onset_s?;
-        (0.0..=self.t_end).contains(&onset).then_some(onset)
+        (self.t_start..=self.t_end)
+            .contains(&onset)
+            .then_some(onset)
+    }
+
+    /// Lines that are drawn are more than two to a pixel.
+    pub(super) fn dense(&self) -> bool {
+        self.job.course.lines() > DENSE
+    }
+
+    /// Damping ratio from which on an alarm may be released by it, 1.
+    pub(super) fn release(&self) -> f64 {
+        AlarmConfig::<f64>::default().release_ratio * self.job.threshold
     }
 
     /// Teeth of the cutter, where the speed in use is that of the spindle for certain: one
@@ -162,11 +188,11 @@ const FEW: usize = 500;
 /// Else those are joined that are this part of the time axis apart.
 const TOUCHING: f64 = 1e-3;
 
-fn drawn(spans: &[Span], t_end: f64) -> Vec<(f64, f64)> {
+fn drawn(spans: &[Span], length: f64) -> Vec<(f64, f64)> {
     let mut drawn: Vec<(f64, f64)> = Vec::new();
     for span in spans {
         match drawn.last_mut() {
-            Some(last) if spans.len() > FEW && span.on - last.1 < TOUCHING * t_end => {
+            Some(last) if spans.len() > FEW && span.on - last.1 < TOUCHING * length => {
                 last.1 = last.1.max(span.off);
             }
             _ => drawn.push((span.on, span.off)),

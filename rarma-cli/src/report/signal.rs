@@ -18,7 +18,7 @@ pub(super) fn figure(scene: &Scene<'_>) -> String {
     } else {
         Axis::linear(-1.0, 1.0, panel.bottom, TOP)
     };
-    panel.axes(&y, 4, "input units");
+    panel.axes(&y, 6, "input units");
     panel.spans();
     let path = match sound.whole() {
         Some(samples) if samples.len() <= 2 * columns() => line(samples, scene, &panel.x, &y),
@@ -32,7 +32,7 @@ pub(super) fn figure(scene: &Scene<'_>) -> String {
     let alt = if low <= high {
         format!(
             "Signal against time, {} long, between {} and {} input units. {}",
-            seconds(scene.t_end),
+            seconds(scene.t_end - scene.t_start),
             significant(low),
             significant(high),
             scene.spans_in_words()
@@ -55,12 +55,18 @@ fn columns() -> usize {
 fn line(samples: &[f64], scene: &Scene<'_>, x: &Axis, y: &Axis) -> String {
     let mut d = String::new();
     let mut pen = 'M';
+    let start = scene.job.sound.start_s();
     for (i, v) in samples.iter().enumerate() {
         if !v.is_finite() {
             pen = 'M';
             continue;
         }
-        put!(d, "{pen}{} {}", px(x.at(i as f64 / scene.fs)), px(y.at(*v)));
+        put!(
+            d,
+            "{pen}{} {}",
+            px(x.at(start + i as f64 / scene.fs)),
+            px(y.at(*v))
+        );
         pen = 'L';
     }
     format!(r#"<path class="wave" d="{d}"/>"#)
@@ -71,6 +77,7 @@ fn envelope(scene: &Scene<'_>, x: &Axis, y: &Axis) -> String {
     let mut d = String::new();
     let samples = scene.job.sound.samples();
     let per_column = samples as f64 / columns() as f64;
+    let start = scene.job.sound.start_s();
     for column in 0..columns() {
         let from = (column as f64 * per_column) as u64;
         let to = (((column + 1) as f64 * per_column) as u64).min(samples);
@@ -81,7 +88,7 @@ fn envelope(scene: &Scene<'_>, x: &Axis, y: &Axis) -> String {
         put!(
             d,
             "M{} {}V{}",
-            px(x.at(0.5 * (from + to) as f64 / scene.fs)),
+            px(x.at(start + 0.5 * (from + to) as f64 / scene.fs)),
             px(bottom.max(top + 0.8)),
             px(top)
         );

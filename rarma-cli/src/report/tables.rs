@@ -1,10 +1,12 @@
 //! Alarms and settings as tables.
 
 use super::course::ROWS;
-use super::text::{count, escape, hertz, percent, seconds, significant, with_unit};
+use super::text::{
+    count, escape, hertz, instant, percent, percent_within, seconds, significant, with_unit,
+};
 use super::timeline::name;
 use super::{Scene, amplitude};
-use crate::record::{Reason, State};
+use crate::record::{Alarm, Reason, State};
 
 /// One row per alarm.
 pub(super) fn alarms(scene: &Scene<'_>) -> String {
@@ -25,17 +27,17 @@ pub(super) fn alarms(scene: &Scene<'_>) -> String {
     }
     html.push_str(
         "<th scope=\"col\">nearest multiple of the spindle</th>\
-         <th scope=\"col\">lowest damping ratio ζ</th><th scope=\"col\">amplitude</th></tr></thead>\n<tbody>\n",
+         <th scope=\"col\">damping ratio ζ while it stood</th><th scope=\"col\">amplitude</th></tr></thead>\n<tbody>\n",
     );
     for (i, alarm) in alarms.iter().take(ROWS).enumerate() {
-        let end = alarm.off.unwrap_or(scene.t_end);
+        let end = alarm.off.unwrap_or(scene.end_s);
         put!(
             html,
             "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td><td>{}</td>",
             i + 1,
-            seconds(alarm.on),
+            instant(alarm.on),
             match alarm.off {
-                Some(off) => seconds(off),
+                Some(off) => instant(off),
                 None => "still on at the end".into(),
             },
             seconds(end - alarm.on),
@@ -54,7 +56,7 @@ pub(super) fn alarms(scene: &Scene<'_>) -> String {
             html,
             "<td>{}</td><td>{}</td><td>{}</td></tr>\n",
             nearest.unwrap_or_else(|| "speed not known".into()),
-            percent(alarm.zeta),
+            damping(alarm),
             said.unwrap_or("too short to tell")
         );
     }
@@ -69,6 +71,14 @@ pub(super) fn alarms(scene: &Scene<'_>) -> String {
     }
     html.push_str("</section>\n");
     html
+}
+
+/// Median and deviation of an alarm's damping ratio; of one without, the lowest.
+pub(super) fn damping(alarm: &Alarm) -> String {
+    match (alarm.zeta_median, alarm.zeta_deviation) {
+        (Some(median), Some(deviation)) => percent_within(median, deviation),
+        _ => format!("down to {}", percent(alarm.zeta)),
+    }
 }
 
 /// The nearest multiple of a spindle frequency, and how far off it is.
@@ -113,7 +123,7 @@ fn words_for(state: State, reason: Reason) -> &'static str {
 
 /// How long the state was what it was for which reason.
 pub(super) fn reasons(scene: &Scene<'_>) -> String {
-    let spent = scene.job.course.spent(scene.t_end);
+    let spent = scene.job.course.spent(scene.end_s);
     if spent.is_empty() {
         return String::new();
     }
@@ -164,9 +174,9 @@ pub(super) fn settings(scene: &Scene<'_>) -> String {
             "Samples",
             format!(
                 "{} at {}, {}",
-                count(job.sound.samples()),
+                count(job.sound.heard()),
                 hertz(job.fs),
-                seconds(job.sound.samples() as f64 / scene.fs)
+                seconds(job.sound.heard() as f64 / scene.fs)
             ),
         ),
         (
@@ -177,7 +187,14 @@ pub(super) fn settings(scene: &Scene<'_>) -> String {
             "Model",
             format!("ARMA({p}, {q}), identified again at every sample"),
         ),
-        ("Threshold", format!("ζ = {}", percent(job.threshold))),
+        (
+            "Threshold",
+            format!(
+                "ζ = {}; released by damping above {}",
+                percent(job.threshold),
+                percent(scene.release())
+            ),
+        ),
         (
             "Band",
             format!("{} to {}", hertz(job.band_hz.0), hertz(job.band_hz.1)),
@@ -229,6 +246,7 @@ pub(super) fn settings(scene: &Scene<'_>) -> String {
             format!("{} input units, peak", significant(amplitude)),
         ));
     }
+    rows.extend(job.provenance.rows());
     let mut html = String::from(
         "<section aria-label=\"Settings\">\n<h2>Settings</h2>\n<div class=\"scroll\">\
          <table class=\"pairs\">\n<tbody>\n",

@@ -7,6 +7,9 @@ use crate::record::{
 };
 use rarma_core::decide::Histogram;
 
+#[path = "long_tests.rs"]
+mod long;
+
 fn mode(f: f64, zeta: f64, label: Label) -> ModeRecord {
     ModeRecord {
         f,
@@ -44,6 +47,24 @@ pub(super) fn line(t: f64, state: State, modes: &[(f64, f64, Label)]) -> Line {
     }
 }
 
+/// An alarm that says nothing but this.
+pub(super) fn alarm(on: f64, off: Option<f64>, f: f64) -> Alarm {
+    Alarm {
+        on,
+        off,
+        f,
+        zeta: -0.001,
+        zeta_median: None,
+        zeta_deviation: None,
+        advice: None,
+    }
+}
+
+/// A summary of nothing.
+pub(super) fn summary() -> Summary {
+    empty().summary
+}
+
 fn empty() -> Run {
     Run {
         lines: Vec::new(),
@@ -64,6 +85,7 @@ fn empty() -> Run {
             },
             removed_db: None,
             channels: None,
+            notes: Default::default(),
         },
         histograms: Vec::new(),
     }
@@ -112,13 +134,7 @@ fn chatter(n: usize) -> Run {
             bin_width: 0.25,
         },
     });
-    run.summary.alarms.push(Alarm {
-        on: 1.0,
-        off: None,
-        f: 898.0,
-        zeta: -0.001,
-        advice: None,
-    });
+    run.summary.alarms.push(alarm(1.0, None, 898.0));
     run.summary.state_seconds = [(State::Stable, 1.0), (State::Chatter, 1.0)].into();
     run
 }
@@ -128,6 +144,7 @@ struct Played {
     sound: Sound,
     course: Course,
     summary: Summary,
+    provenance: Provenance,
 }
 
 fn played(run: &Run, samples: &[f64]) -> Played {
@@ -137,6 +154,7 @@ fn played(run: &Run, samples: &[f64]) -> Played {
         sound: Sound::of(samples, 5000.0, (200.0, 2000.0)),
         course,
         summary: run.summary.clone(),
+        provenance: Provenance::default(),
     }
 }
 
@@ -155,6 +173,8 @@ fn job(played: &Played) -> ReportInput<'_> {
         truth_onset_s: Some(0.9),
         truth_note: None,
         missing: None,
+        window_s: None,
+        provenance: &played.provenance,
         version: "0.1.0",
     }
 }
@@ -281,6 +301,43 @@ fn a_minute_stays_small() {
     job.fs = 8000.0;
     let size = page(&job).len();
     assert!(size < 2_000_000, "{size} bytes");
+}
+
+#[test]
+fn the_page_says_where_it_comes_from_and_how_damped_an_alarm_was() {
+    let (mut run, samples) = (chatter(200), tone(10_000));
+    let alarm = &mut run.summary.alarms[0];
+    (alarm.zeta_median, alarm.zeta_deviation) = (Some(0.0011), Some(0.0024));
+    let mut played = played(&run, &samples);
+    let at = |s| std::time::UNIX_EPOCH + std::time::Duration::from_secs(s);
+    played.provenance = Provenance {
+        recorded: Some(at(1_000_000_000)),
+        made: Some(at(951_782_400)),
+        command: Some("rarma monitor 'a b.wav'".into()),
+        notes: vec![("machine".into(), "M<3>\u{1b}".into())],
+    };
+    let page = page(&job(&played));
+    sound(&page);
+    for text in [
+        "<b>machine</b> M&lt;3&gt;\u{fffd}",
+        "<b>file written</b> 2001-09-09 01:46 UTC",
+        "<th scope=\"row\">Page made</th><td>2000-02-29 00:00 UTC</td>",
+        "<code>rarma monitor &#39;a b.wav&#39;</code>",
+        "<td>0.1 ± 0.2\u{a0}%</td>",
+        "was 0.1 ± 0.2\u{a0}% (median of the readings and their deviation)",
+        "above 4\u{a0}% an alarm may be released",
+    ] {
+        assert!(page.contains(text), "{text}");
+    }
+    // Both thresholds, each with its line and its name.
+    for (class, name) in [("release", "release"), ("threshold", "undamped")] {
+        assert_eq!(page.matches(&format!("<path class=\"{class}\"")).count(), 1);
+        assert!(page.contains(&format!(">{name}</text>")), "{name}");
+    }
+    assert!(
+        !page.contains("--window"),
+        "a short run is drawn closely already"
+    );
 }
 
 #[test]

@@ -60,9 +60,32 @@ pub(super) fn seconds(value: f64) -> String {
     with_unit(value, "s")
 }
 
+/// An instant, told to a tenth where three digits would be less.
+pub(super) fn instant(value: f64) -> String {
+    if value.is_finite() && value.abs() >= 1000.0 {
+        format!("{value:.1}{NBSP}s").replace('-', "−")
+    } else {
+        seconds(value)
+    }
+}
+
 /// A ratio such as ζ in percent.
 pub(super) fn percent(ratio: f64) -> String {
     with_unit(100.0 * ratio, "%")
+}
+
+/// A ratio and its deviation in percent, with the digits that the deviation leaves.
+pub(super) fn percent_within(ratio: f64, deviation: f64) -> String {
+    let (value, deviation) = (100.0 * ratio, 100.0 * deviation);
+    if !(value.is_finite() && deviation.is_finite() && deviation > 0.0) {
+        return percent(ratio);
+    }
+    // One digit of the deviation; two where it begins with a 1.
+    let first = deviation.log10().floor();
+    let leading = deviation / 10_f64.powf(first);
+    let decimals = (if leading < 1.95 { 1.0 } else { 0.0 } - first).clamp(0.0, 4.0) as usize;
+    let value = format!("{value:.decimals$}").replace('-', "−");
+    format!("{value} ± {deviation:.decimals$}{NBSP}%")
 }
 
 /// A count with thin gaps between thousands.
@@ -109,6 +132,20 @@ mod tests {
             assert_eq!(significant(value), want);
         }
         assert_eq!(percent(0.01234), "1.23\u{a0}%");
+        for (ratio, deviation, want) in [
+            (-0.00312, 0.0042, "−0.3 ± 0.4\u{a0}%"),
+            (0.012_34, 0.000_151, "1.234 ± 0.015\u{a0}%"),
+            (0.5, 0.3, "50 ± 30\u{a0}%"),
+            (0.01, 0.0, "1\u{a0}%"),
+            (f64::NAN, 0.1, "–"),
+        ] {
+            assert_eq!(
+                percent_within(ratio, deviation).replace("–\u{a0}%", "–"),
+                want
+            );
+        }
+        assert_eq!(instant(72.712), "72.7\u{a0}s");
+        assert_eq!(instant(3541.26), "3541.3\u{a0}s");
         assert_eq!(count(1_234_567), "1\u{202f}234\u{202f}567");
         assert_eq!(px(-0.01), "0");
         assert_eq!(px(f64::NAN), "0");

@@ -12,7 +12,7 @@ use crate::record::State;
 const LANE: f64 = 20.0;
 
 /// Worst on top.
-const STATES: [(State, &str); 6] = [
+pub(super) const STATES: [(State, &str); 6] = [
     (State::Chatter, "chatter"),
     (State::Warning, "warning"),
     (State::Stable, "stable"),
@@ -70,9 +70,15 @@ pub(super) fn figure(scene: &Scene<'_>) -> String {
         },
         scene.spans_in_words()
     );
+    let of_all = match scene.job.window_s {
+        Some(_) => " in all of the recording",
+        None => "",
+    };
     panel.finish(
         &alt,
-        "What the monitor believed at each instant; on the right, the time spent in each state.",
+        &format!(
+            "What the monitor believed at each instant; on the right, the time spent in each state{of_all}."
+        ),
     )
 }
 

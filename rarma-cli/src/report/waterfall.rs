@@ -91,11 +91,15 @@ fn draw(panel: &mut Panel<'_>, scene: &Scene<'_>, grid: &Grid) {
         .map(|v| (((v - grid.low) / span).clamp(0.0, 1.0) * (SHADES - 1) as f64).round() as u8)
         .collect();
     if let Some(data) = bitmap(COLUMNS, ROWS, &shades) {
-        let end = panel.x.at(scene.job.sound.samples() as f64 / scene.fs);
+        let sound = scene.job.sound;
+        let start_s = sound.start_s();
+        let start = panel.x.at(start_s);
+        let end = panel.x.at(start_s + sound.samples() as f64 / scene.fs);
         panel.add(&format!(
-            "<image class=\"inks\" x=\"{LEFT}\" y=\"{TOP}\" width=\"{}\" height=\"{HEIGHT}\" \
+            "<image class=\"inks\" x=\"{}\" y=\"{TOP}\" width=\"{}\" height=\"{HEIGHT}\" \
              preserveAspectRatio=\"none\" aria-hidden=\"true\" href=\"{data}\"/>",
-            px(end - LEFT)
+            px(start),
+            px(end - start)
         ));
     }
     let (x, y) = (RIGHT - 210.0, TOP - 21.0);

@@ -1,8 +1,8 @@
 //! The verdict in words, and what one has to know to read the pictures.
 
-use super::Scene;
-use super::text::{escape, hertz, percent, seconds};
-use crate::record::{NoticeKind, State, TachoFault};
+use super::text::{escape, hertz, instant, percent, seconds};
+use super::{Scene, tables};
+use crate::record::{Alarm, NoticeKind, State, TachoFault};
 
 /// How bad the news is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,10 +80,10 @@ pub(super) fn verdict(scene: &Scene<'_>) -> Verdict {
         [] => (Tone::Good, "No chatter".to_owned()),
         [one] => {
             let until = match one.off {
-                Some(off) => format!("to {}", seconds(off)),
+                Some(off) => format!("to {}", instant(off)),
                 None => "to the end".into(),
             };
-            let (f, on) = (hertz(one.f), seconds(one.on));
+            let (f, on) = (hertz(one.f), instant(one.on));
             (Tone::Bad, format!("Chatter at {f} from {on} {until}"))
         }
         [first, ..] => (
@@ -92,18 +92,12 @@ pub(super) fn verdict(scene: &Scene<'_>) -> Verdict {
                 "Chatter {} times, first at {} from {}",
                 summary.alarms.len() as u64 + summary.alarms_left_out,
                 hertz(first.f),
-                seconds(first.on)
+                instant(first.on)
             ),
         ),
     };
     let mut details = Vec::new();
-    if let Some(lowest) = summary.alarms.iter().map(|a| a.zeta).reduce(f64::min) {
-        details.push(format!(
-            "The damping ratio fell to {}; below {} a mode counts as undamped.",
-            percent(lowest),
-            percent(scene.job.threshold)
-        ));
-    }
+    details.extend(damping(scene));
     if invalid > 0.0 && tone != Tone::Unknown {
         let t = seconds(invalid);
         details.push(format!("For {t} the samples could not be trusted."));
@@ -115,6 +109,60 @@ pub(super) fn verdict(scene: &Scene<'_>) -> Verdict {
         headline,
         details,
     }
+}
+
+/// The damping of the alarm that lasted longest, beside what it is judged by.
+fn damping(scene: &Scene<'_>) -> Option<String> {
+    let lasted = |a: &Alarm| a.off.unwrap_or(scene.end_s) - a.on;
+    let alarms = &scene.job.summary.alarms;
+    let longest = alarms
+        .iter()
+        .max_by(|a, b| lasted(a).total_cmp(&lasted(b)))?;
+    let which = match alarms.len() {
+        1 => "While the alarm stood",
+        _ => "While the longest alarm stood",
+    };
+    let said = match longest.zeta_median {
+        Some(_) => " (median of the readings and their deviation)",
+        None => "",
+    };
+    Some(format!(
+        "{which}, the damping ratio of its mode was {}{said}. Below {} a mode counts as \
+         undamped; above {} an alarm may be released.",
+        tables::damping(longest),
+        percent(scene.job.threshold),
+        percent(scene.release())
+    ))
+}
+
+/// Which stretch the pictures show, and how to see another one.
+pub(super) fn on_the_window(scene: &Scene<'_>) -> String {
+    if scene.job.window_s.is_some() {
+        return format!(
+            "<p>The pictures show {} to {} of {}; words and tables are of all of it.</p>\n",
+            seconds(scene.t_start),
+            seconds(scene.t_end),
+            seconds(scene.end_s)
+        );
+    }
+    let Some(span) = scene.spans.first().filter(|_| scene.dense()) else {
+        return String::new();
+    };
+    let room = (0.5 * (span.off - span.on)).max(1.0);
+    let mut from = (span.on - room).max(0.0).floor();
+    let mut to = (span.off + room).min(scene.end_s).ceil();
+    let mut what = "the first alarm alone";
+    if to - from > 0.5 * scene.end_s {
+        // It lasted for most of the recording: how it began is what can be looked at closely.
+        let until = (span.on + 2.0).min(scene.end_s);
+        (from, to) = ((span.on - 1.0).max(0.0).floor(), until.ceil());
+        what = "how the first alarm began";
+    }
+    format!(
+        "<p>To look at a stretch closely, give it to <code>rarma monitor</code>: \
+         <code>--window {from:.0}:{to:.0}</code> draws {what}. Another folder for \
+         <code>--report</code> keeps this page.</p>\n"
+    )
 }
 
 /// What is wrong with what is known of the spindle; of many faults, the first ones.

@@ -24,9 +24,9 @@ def advise(x: np.ndarray, sample_rate_hz: float, **options: Any) -> Dict[str, An
     Returns
     -------
     dict
-        alarms (list of dicts: on and off in s, f in Hz, zeta, and advice with the speeds to turn
-        in 1/min, the chance that the cut is stable there, and what helps where there is none) and
-        missing, a list of what would have to be told: "speed", "teeth".
+        alarms (list of dicts: on and off in s, f in Hz, zeta, zeta_median and zeta_deviation, and
+        advice with the speeds to turn in 1/min, the chance that the cut is stable there, and what
+        helps where there is none) and missing, a list of what would have to be told: "speed", "teeth".
     """
     monitor = Monitor(sample_rate_hz, **options)
     monitor.push(x)

@@ -1,6 +1,7 @@
 //! `rarma cers`: run and analyse, and what they share.
 
 mod export;
+mod over_speed;
 mod pictures;
 mod words;
 
@@ -156,10 +157,12 @@ fn analysed(
     } else {
         String::new()
     };
-    let heading = format!(
-        "{}, {:.1} s, {:.0} to {:.0} 1/min",
-        answer.name, answer.seconds, answer.rpm.0, answer.rpm.1
-    );
+    let speed = match answer.rpm {
+        (from, to) if (to - from).abs() >= 1.0 => format!("{from:.0} to {to:.0} 1/min"),
+        (at, _) if at.abs() >= 1.0 => format!("{at:.0} 1/min"),
+        _ => "0 1/min".to_owned(),
+    };
+    let heading = format!("{}: {:.1} s, {speed}", answer.name, answer.seconds);
     if out(show, "Exciter", &heading, &body, &answer)? {
         words::tell(&answer);
     }

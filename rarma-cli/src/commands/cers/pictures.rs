@@ -1,22 +1,15 @@
-//! Pictures of a record: responses, coherence, modes side by side; over the speed the
-//! waterfall and the tracks.
+//! Pictures of a record: responses, coherence, modes side by side.
 
 use super::export::quantity;
-use super::{Answer, sensor_name};
+use super::{Answer, over_speed, sensor_name};
 use crate::args::KindArg;
 use crate::cers::CersRecord;
+use crate::cers::modes::{curve_of, direct};
 use crate::cers::response::{Cleaned, Response, Sensor};
-use crate::cers::sweep::Track;
-use crate::commands::els::pictures::above;
 use crate::report::chart::{Chart, Mark, Scale, Series, table};
-use crate::report::map::Map;
-use rarma_fit::welch_density;
+use crate::report::palette;
 use rarma_rigs::cers::Quantity;
-
-/// Columns and rows of the waterfall, and its top, Hz.
-const COLUMNS: usize = 240;
-const ROWS: usize = 150;
-const TOP_HZ: f64 = 1500.0;
+use rarma_rigs::els::Complex;
 
 /// The page of one record.
 pub(super) fn page(
@@ -26,15 +19,11 @@ pub(super) fn page(
     responses: &[Response],
     kind: KindArg,
 ) -> String {
-    let mut body = String::new();
     if let Some(sweep) = &answer.sweep {
-        body += &waterfall(record, clean);
-        for track in &sweep.tracks {
-            body += &over_speed(track);
-        }
-        return body;
+        return over_speed::pictures(record, clean, &sweep.tracks);
     }
-    body += &magnitude(responses, kind);
+    let mut body = magnitude(responses, kind);
+    body += &fitted(record, clean, answer.band_hz);
     body += &phase(responses, kind);
     body += &coherence(responses);
     if let Some(found) = &answer.modes {
@@ -91,8 +80,7 @@ fn series(responses: &[Response], of: impl Fn(&Response) -> Vec<(f64, f64)>) -> 
     responses
         .iter()
         .filter(|r| r.sensor == Sensor::Displacement)
-        .enumerate()
-        .map(|(k, r)| Series {
+        .map(|r| Series {
             name: name(r),
             points: of(r),
             mark: if r.from == r.to {
@@ -100,9 +88,14 @@ fn series(responses: &[Response], of: impl Fn(&Response) -> Vec<(f64, f64)>) -> 
             } else {
                 Mark::Dashes
             },
-            colour: k,
+            colour: colour(r),
         })
         .collect()
+}
+
+/// A response keeps its colour in every picture, whichever others are there.
+fn colour(r: &Response) -> usize {
+    if r.from == r.to { r.to } else { 2 + r.to }
 }
 
 fn ends(responses: &[Response]) -> (f64, f64) {
@@ -146,6 +139,55 @@ fn magnitude(responses: &[Response], kind: KindArg) -> String {
         height: 300.0,
         series,
         caption: "H_IV by the command as instrument; delay, sensors and the lag of the flux taken out. Dashed: cross.".to_owned(),
+    }
+    .figure()
+}
+
+/// The receptance along each principal direction, and the rational function whose poles are
+/// among the modes of the table.
+fn fitted(record: &CersRecord, clean: &Cleaned, band_hz: (f64, f64)) -> String {
+    let Ok((angle, directs)) = direct(record, clean, band_hz, &|_| false) else {
+        return String::new();
+    };
+    let mut series = Vec::new();
+    for d in &directs {
+        let curve = |name: String, g: &[Complex<f64>], mark, colour| Series {
+            name,
+            points: d
+                .f_hz
+                .iter()
+                .zip(g)
+                .map(|(f, g)| (*f, 1e6 * g.abs()))
+                .collect(),
+            mark,
+            colour,
+        };
+        let axis = ["x", "y"][d.axis];
+        series.push(curve(format!("{axis}, measured"), &d.g, Mark::Line, d.axis));
+        if let Some(fit) = curve_of(d) {
+            let name = format!(
+                "{axis}, rational function of {} modes, {:.1} % left",
+                fit.modes,
+                100.0 * fit.left
+            );
+            // Dark over the measured one, so that it is seen where they agree.
+            series.push(curve(name, &fit.g, Mark::Dashes, palette::step(7, 8)));
+        }
+    }
+    let values = || series.iter().flat_map(|s| &s.points).map(|p| p.1);
+    let most = values().fold(0.0, f64::max);
+    let top = 10_f64.powf(most.max(1e-300).log10().ceil());
+    let least = values().fold(top, f64::min).max(1e-4 * top);
+    Chart {
+        title: "Receptance along the principal directions, measured and fitted".to_owned(),
+        x: Scale::linear("frequency (Hz)", band_hz.0, band_hz.1),
+        y: Scale::log("µm/N", 10_f64.powf(least.log10().floor()), top),
+        height: 300.0,
+        series,
+        caption: format!(
+            "Dashed: the fit of the most modes that were tried; a mode is in the table where several fits agree. The first principal direction lies {:.1}° from x.",
+            angle.to_degrees()
+        ),
     }
     .figure()
 }
@@ -204,158 +246,4 @@ fn coherence(responses: &[Response]) -> String {
         |l| l.raw.iv_random_error,
         "Standard deviation over the magnitude.",
     )
-}
-
-/// Spectrum over speed: figure 25.
-fn waterfall(record: &CersRecord, clean: &Cleaned) -> String {
-    let axis = usize::from(!record.setup.drive.axes[0]);
-    let y = &clean.acceleration_m_per_s2[axis];
-    let fs = record.setup.rate_hz;
-    let (from, to) = record.speeds_hz();
-    let piece = y.len() / COLUMNS;
-    let mut level = vec![f64::NAN; COLUMNS * ROWS];
-    for column in 0..COLUMNS {
-        let x = &y[column * piece..(column + 1) * piece];
-        for row in 0..ROWS {
-            let f = TOP_HZ * (row as f64 + 0.5) / ROWS as f64;
-            let p = welch_density(x, (fs / 20.0) as usize, f, fs);
-            level[(ROWS - 1 - row) * COLUMNS + column] = 10.0 * p.max(1e-20).log10();
-        }
-    }
-    let rpm = |hz: f64| 60.0 * hz;
-    let lines = record
-        .setup
-        .orders
-        .iter()
-        .map(|o| {
-            let end = to.min(TOP_HZ / o);
-            [(rpm(from), o * from), (rpm(end), o * end)]
-        })
-        .collect();
-    Map {
-        title: "Spectral density of the acceleration over speed".to_owned(),
-        x: ("speed (1/min)".to_owned(), rpm(from), rpm(to)),
-        y: ("frequency (Hz)".to_owned(), 0.0, TOP_HZ),
-        height: 380.0,
-        columns: COLUMNS,
-        level,
-        lines,
-        caption: format!(
-            "Acceleration in {} over pieces of {:.2} s, (m/s²)²/Hz; fine lines: orders of the spindle and its bearings.",
-            ["x", "y"][axis],
-            piece as f64 / fs
-        ),
-    }
-    .figure()
-}
-
-/// Frequency and damping of a track over speed: figure 26.
-fn over_speed(t: &Track) -> String {
-    let most = t.points.iter().fold(1.0, |m: f64, p| m.max(p.rpm));
-    let of = |keep: &dyn Fn(&crate::cers::sweep::Point) -> bool,
-              y: &dyn Fn(&crate::cers::sweep::Point) -> f64| {
-        t.points
-            .iter()
-            .filter(|p| keep(p))
-            .map(|p| (p.rpm, y(p)))
-            .collect::<Vec<_>>()
-    };
-    let chart = |what: &str,
-                 unit: &str,
-                 value: &dyn Fn(&crate::cers::sweep::Point) -> (f64, f64),
-                 truth: usize,
-                 scale: f64| {
-        let band: Vec<f64> = t.points.iter().map(|p| value(p).0).collect();
-        let top = if truth == 1 {
-            above(band.iter().fold(0.0, |m: f64, x| m.max(*x)).min(25.0))
-        } else {
-            t.band_hz.1
-        };
-        let low = if truth == 1 { 0.0 } else { t.band_hz.0 };
-        let dots = |name: &str, keep: &dyn Fn(&crate::cers::sweep::Point) -> bool, colour| Series {
-            name: name.to_owned(),
-            points: of(keep, &|p| value(p).0),
-            mark: Mark::Dots,
-            colour,
-        };
-        let edge = |sign: f64, name: &str| Series {
-            name: name.to_owned(),
-            points: t
-                .points
-                .iter()
-                .map(|p| {
-                    let (x, sd) = value(p);
-                    (
-                        p.rpm,
-                        if p.believed {
-                            x + 2.0 * sign * sd
-                        } else {
-                            f64::NAN
-                        },
-                    )
-                })
-                .collect(),
-            mark: Mark::Dashes,
-            colour: 0,
-        };
-        Chart {
-            title: format!(
-                "{what} over speed: {}, {:.0} to {:.0} Hz, {}",
-                t.axis,
-                t.band_hz.0,
-                t.band_hz.1,
-                if t.method == "arx" {
-                    "ARX, force known"
-                } else {
-                    "RARMA(6,5), response alone"
-                }
-            ),
-            x: Scale::linear("speed (1/min)", 0.0, most),
-            y: Scale::linear(unit, low, top),
-            height: 220.0,
-            series: vec![
-                dots("believed", &|p| p.believed, 0),
-                dots(
-                    "crossing: an order within the half-power band, not believed",
-                    &|p| p.crossing.is_some(),
-                    1,
-                ),
-                dots("too loose", &|p| p.crossing.is_none() && !p.believed, 5),
-                Series {
-                    name: "truth".to_owned(),
-                    points: t
-                        .points
-                        .iter()
-                        .filter_map(|p| p.truth.map(|x| (p.rpm, scale * [x.0, x.1][truth])))
-                        .collect(),
-                    mark: Mark::Line,
-                    colour: 2,
-                },
-                edge(1.0, "two standard deviations"),
-                edge(-1.0, "(lower)"),
-            ],
-            caption: t.against_truth.as_ref().map_or(String::new(), |e| {
-                let (median, most) = if truth == 1 {
-                    (e.zeta_median, e.zeta_95)
-                } else {
-                    (e.f_median, e.f_95)
-                };
-                format!(
-                    "{} believed readings, off by {:.2} % (median), {:.2} % (95 of 100).",
-                    e.believed,
-                    100.0 * median,
-                    100.0 * most
-                )
-            }),
-        }
-        .figure()
-    };
-    chart("Frequency", "Hz", &|p| (p.f, p.f_sd), 0, 1.0)
-        + &chart(
-            "Damping ratio",
-            "percent",
-            &|p| (100.0 * p.zeta, 100.0 * p.zeta_sd),
-            1,
-            100.0,
-        )
 }

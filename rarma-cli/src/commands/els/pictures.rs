@@ -3,6 +3,7 @@
 use crate::els::diagram::Diagram;
 use crate::els::machine::{DeflectionCase, LoadCase, Picture};
 use crate::report::chart::{Chart, Mark, Scale, Series, table};
+use crate::report::palette;
 use crate::report::polar::{Polar, PolarSeries};
 use rarma_rigs::els::Complex;
 
@@ -42,7 +43,7 @@ pub(super) fn limits(diagram: &Diagram) -> String {
             dashed: false,
         }],
         caption: format!(
-            "Width below which no spindle speed chatters, with the force turned about the tool from u (0°) towards v (90°). No curve: beyond the rim, or no limit in that direction. Wider cuts may be stable at some speeds. Ks {} N/mm², {} teeth in the cut, overlap {}.",
+            "Width below which no spindle speed chatters, with the force turned about the tool from u (0°) towards v (90°). No curve: beyond the rim, or no limit in that direction. Wider cuts may be stable at some speeds. Ks {} N/mm², teeth in the cut {}, overlap {}.",
             diagram.ks_n_per_mm2, diagram.teeth_in_cut, diagram.overlap
         ),
     }
@@ -117,6 +118,19 @@ pub(super) fn stiffness(diagram: &Diagram) -> String {
     .figure()
 }
 
+/// Colour of a receptance, the same in every picture whichever others are there, and whether
+/// it is dashed: a cross receptance is, and a fit over what was measured.
+fn dress(name: &str, place: usize) -> (usize, Mark) {
+    match name {
+        "uu" | "xx" => (0, Mark::Line),
+        "vv" | "yy" => (1, Mark::Line),
+        "uv" | "xy" => (2, Mark::Dashes),
+        "vu" | "yx" => (3, Mark::Dashes),
+        _ if place == 0 => (0, Mark::Line),
+        _ => (place, Mark::Dashes),
+    }
+}
+
 /// Magnitude and real part of receptances in µm/N over frequency.
 pub(super) fn receptances(f: &[f64], functions: &[(String, Vec<Complex<f64>>)]) -> String {
     let range = (
@@ -137,8 +151,8 @@ pub(super) fn receptances(f: &[f64], functions: &[(String, Vec<Complex<f64>>)]) 
                     .step_by(thin)
                     .map(|(f, g)| (*f, 1e6 * value(g)))
                     .collect(),
-                mark: if k < 2 { Mark::Line } else { Mark::Dashes },
-                colour: k,
+                mark: dress(name, k).1,
+                colour: dress(name, k).0,
             })
             .collect()
     };
@@ -206,7 +220,11 @@ pub(super) fn frequencies(cases: &[LoadCase]) -> String {
                 name: format!("{shape} {}", k + 1),
                 points: cases.iter().map(|c| (c.load_n, of(c, shape)[k])).collect(),
                 mark,
-                colour: series.len(),
+                colour: if mark == Mark::Line {
+                    palette::step(k, count)
+                } else {
+                    1 + k
+                },
             });
         }
     }
@@ -313,7 +331,7 @@ pub(super) fn deflections(cases: &[DeflectionCase]) -> String {
         radius: "total displacement (µm)".to_owned(),
         most: above(most),
         series,
-        caption: "Length of the displacement under a load at the tool joint, turned about the axis from x (0°) towards y (90°). Solid: the largest load.".to_owned(),
+        caption: "Length of the displacement under a load at the tool joint, turned about the axis from x (0°) towards y (90°). Solid: the largest load; dashed: smaller ones, the smaller the further inside.".to_owned(),
     }
     .figure()
 }

@@ -4,6 +4,62 @@ use crate::commands::els::pictures::above;
 use crate::ldbb::evaluate::AtForce;
 use crate::report::chart::{Chart, Mark, Scale, Series, table};
 
+/// A named value of the errors at one force.
+type Value = (String, Box<dyn Fn(&AtForce) -> Option<f64>>);
+
+/// What is told in µm.
+fn lengths(all: &[AtForce], axes: [&str; 2]) -> String {
+    let mut values: Vec<Value> = vec![(
+        "scale mismatch".to_owned(),
+        Box::new(|e| Some(e.scale_mismatch_um.value)),
+    )];
+    for (k, axis) in axes.into_iter().enumerate() {
+        values.push((
+            format!("straightness of {axis}"),
+            Box::new(move |e| Some(e.straightness_um?[k].value)),
+        ));
+    }
+    for (k, axis) in axes.into_iter().enumerate() {
+        values.push((
+            format!("backlash of {axis}"),
+            Box::new(move |e| Some(e.backlash_um?[k].value)),
+        ));
+    }
+    against_load(all, "Machine errors against load", "error (µm)", values)
+}
+
+/// Errors of one unit against load.
+fn against_load(all: &[AtForce], title: &str, unit: &str, values: Vec<Value>) -> String {
+    let series: Vec<Series> = values
+        .iter()
+        .enumerate()
+        .map(|(colour, (name, of))| Series {
+            name: name.clone(),
+            points: all
+                .iter()
+                .filter_map(|e| Some((e.force_n, of(e)?)))
+                .collect(),
+            mark: Mark::Line,
+            colour,
+        })
+        .filter(|s| !s.points.is_empty())
+        .collect();
+    let points = || series.iter().flat_map(|s: &Series| &s.points);
+    let high = points().fold(1.0, |m: f64, p| m.max(p.1));
+    let low = points().fold(0.0, |m: f64, p| m.min(p.1));
+    let last = all.iter().fold(0.0, |m: f64, e| m.max(e.force_n));
+    let room = 0.05 * (high - low);
+    Chart {
+        title: title.to_owned(),
+        x: Scale::linear("force (N)", 0.0, above(last)),
+        y: Scale::linear(unit, low - room, high + room),
+        height: 240.0,
+        series,
+        caption: "A stiffness that differs between the axes bends the circle like a scale mismatch or a squareness, in proportion to the load.".to_owned(),
+    }
+    .figure()
+}
+
 /// Errors against load: figure 20, and all of them as a table.
 pub(super) fn errors(all: &[AtForce], [a, b]: [&str; 2]) -> String {
     if all.is_empty() {
@@ -11,64 +67,20 @@ pub(super) fn errors(all: &[AtForce], [a, b]: [&str; 2]) -> String {
     }
     let mut body = String::new();
     if all.len() > 1 {
-        let of = |f: &dyn Fn(&AtForce) -> Option<f64>| -> Vec<(f64, f64)> {
-            all.iter()
-                .filter_map(|e| Some((e.force_n, f(e)?)))
-                .collect()
-        };
-        let mut series = Vec::new();
-        let mut push = |name: String, points: Vec<(f64, f64)>, mark| {
-            if !points.is_empty() {
-                let colour = series.len();
-                series.push(Series {
-                    name,
-                    points,
-                    mark,
-                    colour,
-                });
-            }
-        };
-        push(
-            "scale mismatch (µm)".to_owned(),
-            of(&|e| Some(e.scale_mismatch_um.value)),
-            Mark::Line,
+        body += &lengths(all, [a, b]);
+        body += &against_load(
+            all,
+            "Squareness against load",
+            "squareness (µrad)",
+            vec![(
+                "squareness".to_owned(),
+                Box::new(|e| Some(e.squareness_urad.value)),
+            )],
         );
-        push(
-            "squareness (µrad)".to_owned(),
-            of(&|e| Some(e.squareness_urad.value)),
-            Mark::Line,
-        );
-        for (k, axis) in [a, b].into_iter().enumerate() {
-            push(
-                format!("straightness of {axis} (µm)"),
-                of(&|e| Some(e.straightness_um?[k].value)),
-                Mark::Dashes,
-            );
-        }
-        for (k, axis) in [a, b].into_iter().enumerate() {
-            push(
-                format!("backlash of {axis} (µm)"),
-                of(&|e| Some(e.backlash_um?[k].value)),
-                Mark::Dashes,
-            );
-        }
-        let points = || series.iter().flat_map(|s: &Series| &s.points);
-        let high = points().fold(1.0, |m: f64, p| m.max(p.1));
-        let low = points().fold(0.0, |m: f64, p| m.min(p.1));
-        let last = all.iter().fold(0.0, |m: f64, e| m.max(e.force_n));
-        let room = 0.05 * (high - low);
-        body += &Chart {
-            title: "Machine errors against load".to_owned(),
-            x: Scale::linear("force (N)", 0.0, above(last)),
-            y: Scale::linear("µm, µrad", low - room, high + room),
-            height: 320.0,
-            series,
-            caption: "A stiffness that differs between the axes bends the circle like a scale mismatch or a squareness, in proportion to the load.".to_owned(),
-        }
-        .figure();
     }
     body += "<h2>Machine errors</h2>\n";
-    let with = |w: &crate::ldbb::evaluate::With| format!("{:.2} ± {:.2}", w.value, w.sd);
+    let with =
+        |w: &crate::ldbb::evaluate::With| format!("{:.2} ± {:.2}", w.value, w.sd).replace('-', "−");
     let pair = |p: &Option<[crate::ldbb::evaluate::With; 2]>| {
         p.as_ref().map_or("not determined".to_owned(), |p| {
             format!("{a} {}; {b} {}", with(&p[0]), with(&p[1]))

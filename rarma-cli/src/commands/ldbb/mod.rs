@@ -1,6 +1,7 @@
 //! `rarma ldbb`: one file per command, and what they share.
 
 mod analyse;
+mod circularity_pictures;
 mod compare;
 mod compare_pictures;
 mod cycle_pictures;
@@ -46,6 +47,11 @@ struct Answer {
     feed_mm_min: f64,
     inclination_deg: f64,
     notes: Vec<String>,
+    /// Circular deviation that is allowed, µm, and whether it is kept at the smallest force.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tolerance_um: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    within_tolerance: Option<bool>,
     runs: Vec<RunLine>,
     findings: Findings,
 }
@@ -63,6 +69,7 @@ fn answer(circles: &Circles, known: &KnownArgs, file: &str) -> Result<Answer, Fa
         pitch_m: 1e-3 * known.pitch,
         radius_m: c.radius_m,
         feed_m_s: c.feed_m_s,
+        axes: c.axes(),
     };
     let findings = evaluate(&circles.runs, &circles.readings, &options)
         .map_err(|why| refused(why.to_string()))?;
@@ -99,7 +106,12 @@ fn answer(circles: &Circles, known: &KnownArgs, file: &str) -> Result<Answer, Fa
             .map_or(f64::NAN, |d| 1e6 * d.least_squares_m),
         })
         .collect();
+    let judged = findings.errors.first().and_then(|e| e.circularity.judged());
     Ok(Answer {
+        tolerance_um: known.tolerance,
+        within_tolerance: known
+            .tolerance
+            .and_then(|tolerance| Some(judged?.1 <= tolerance)),
         machine: c.machine.clone(),
         plane: c.plane.clone(),
         radius_mm: 1e3 * c.radius_m,
@@ -164,6 +176,10 @@ fn words(answer: &Answer, circles: &Circles) {
         }
     }
     let [a, b] = circles.conditions.axes();
+    let first = answer.findings.errors.first();
+    if let Some(text) = first.and_then(|e| circularity_pictures::verdict(e, answer.tolerance_um)) {
+        say!("{text}");
+    }
     for e in &answer.findings.errors {
         say!(
             "{:4.0} N: circular deviation {:.1} µm, scale mismatch {:.2} ± {:.2} µm, squareness {:.1} ± {:.1} µrad{}",

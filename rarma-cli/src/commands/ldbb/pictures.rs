@@ -1,17 +1,20 @@
 //! Pictures of a test: deflection, stiffness, hysteresis, errors against load.
 
 use super::Answer;
+use super::circularity_pictures::circularity;
 use super::cycle_pictures::{hysteresis, left_over};
 use super::error_pictures::errors;
 use crate::commands::els::pictures::above;
 use crate::input::Circles;
 use crate::ldbb::stiffness::{AllRound, Cycle, trace};
 use crate::report::chart::{Chart, Mark, Scale, Series, table};
+use crate::report::palette::step;
 use crate::report::polar::{Polar, PolarSeries};
 
 /// The page of one test.
 pub(super) fn page(answer: &Answer, circles: &Circles) -> String {
-    let mut body = deflection(circles);
+    let mut body = circularity(&answer.findings.errors, answer.tolerance_um);
+    body += &deflection(circles);
     if let Some(s) = &answer.findings.stiffness {
         body += &stiffness(s);
     }
@@ -94,8 +97,8 @@ fn deflection(circles: &Circles) -> String {
             .map(|(k, (name, points))| PolarSeries {
                 name: name.clone(),
                 points: points.iter().map(|(a, d)| (*a, d + base)).collect(),
-                colour: k,
-                dashed: k % 2 == 1,
+                colour: step(k, curves.len()),
+                dashed: false,
             })
             .collect(),
         caption: format!(
@@ -104,10 +107,11 @@ fn deflection(circles: &Circles) -> String {
         ),
     }
     .figure();
+    let forces = curves.len();
     let chart = Chart {
         title: "Deflection against angle".to_owned(),
         x: Scale::linear("angle (°)", 0.0, 360.0),
-        y: Scale::linear("µm", 0.0, above(most)),
+        y: Scale::linear("deflection (µm)", 0.0, above(most)),
         height: 260.0,
         series: curves
             .into_iter()
@@ -116,8 +120,8 @@ fn deflection(circles: &Circles) -> String {
             .map(|(k, (name, points))| Series {
                 name,
                 points,
-                mark: if k % 2 == 1 { Mark::Dashes } else { Mark::Line },
-                colour: k,
+                mark: Mark::Line,
+                colour: step(k, forces),
             })
             .collect(),
         caption: "The same, unrolled: equal steps of force should give equal distances.".to_owned(),
@@ -188,7 +192,7 @@ fn stiffness(s: &AllRound) -> String {
                 Mark::Dashes,
                 1,
             ),
-            line("(lower)", of(|r| r.n_per_um - 2.0 * r.sd_n_per_um), Mark::Dashes, 1),
+            line("", of(|r| r.n_per_um - 2.0 * r.sd_n_per_um), Mark::Dashes, 1),
         ],
         caption: format!(
             "Scatter of a degree's mean about its line {:.3} µm. In {:.0} % of the directions the deflection is curved.",

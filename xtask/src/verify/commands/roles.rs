@@ -58,6 +58,10 @@ pub fn inputs(arguments: &[String]) -> Vec<(usize, Input)> {
         leading(arguments, from).zip(all.iter().copied()).collect()
     };
     let mut out = match (word(0), word(1)) {
+        // Of several recordings each is one.
+        ("monitor", _) => leading(arguments, 1)
+            .map(|k| (k, Input::Recording))
+            .collect(),
         (listener, _) if LISTENERS.contains(&listener) => first(1, &[Input::Recording]),
         ("els", "hammer") => first(2, &[Input::Force, Input::Acceleration]),
         ("els", "limit") => first(2, &[Input::Receptances]),
@@ -123,6 +127,10 @@ mod tests {
     fn inputs_by_their_command() {
         let found = |text| inputs(&words(text));
         assert_eq!(found("monitor my.wav --rpm 1656"), [(1, Input::Recording)]);
+        assert_eq!(
+            found("monitor a.wav b.wav --report out/"),
+            [(1, Input::Recording), (2, Input::Recording)]
+        );
         assert_eq!(
             found("els hammer f.wav a.wav --band 500:3000"),
             [(2, Input::Force), (3, Input::Acceleration)]

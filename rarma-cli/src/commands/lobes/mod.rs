@@ -1,9 +1,10 @@
 //! `rarma lobes`: spindle speed against limit depth, cases overlaid.
 
+mod page;
+
 use super::show;
 use crate::args::LobesArgs;
 use crate::failure::Failure;
-use crate::report::chart::{Chart, Mark, Scale, Series, sheet, table};
 use crate::report::sheet_into;
 use crate::scenario::{self, Loaded};
 use crate::truth::crossing_word;
@@ -43,6 +44,12 @@ pub struct Lobes {
     pub most_mm: f64,
     /// By speed.
     pub points: Vec<LobePoint>,
+    /// For the picture: the same, and more where one lobe meets the next.
+    #[serde(skip)]
+    fine: Vec<LobePoint>,
+    /// For the picture: the scenario's own speed, 1/min, and largest depth, mm.
+    #[serde(skip)]
+    cut: (f64, f64),
 }
 
 pub(super) fn main(args: &LobesArgs) -> Result<u8, Failure> {
@@ -55,7 +62,7 @@ pub(super) fn main(args: &LobesArgs) -> Result<u8, Failure> {
         all.push(chart?);
     }
     if let Some(dir) = &args.report {
-        let page = sheet_into(dir, html(&all))?;
+        let page = sheet_into(dir, page::html(&all))?;
         if !args.json {
             say!("Report: {}", page.display());
         }
@@ -100,10 +107,19 @@ pub fn chart(
             point
         })
         .collect();
+    let refused = |why| Failure::whole(name, why, "correct the fields it names");
+    let points = points.map_err(refused)?;
+    let fine = if args.report.is_some() {
+        refined(&process, &points, most_mm).map_err(refused)?
+    } else {
+        Vec::new()
+    };
     Ok(Lobes {
         scenario: loaded.scenario.name,
         most_mm,
-        points: points.map_err(|why| Failure::whole(name, why, "correct the fields it names"))?,
+        points,
+        fine,
+        cut: (nominal, 1e3 * process.depth().largest()),
     })
 }
 
@@ -133,6 +149,51 @@ pub fn point(process: &Process, speed_rpm: f64, most_mm: f64) -> Result<LobePoin
     })
 }
 
+/// Halvings of a step in which a lobe meets the next.
+const HALVINGS: usize = 6;
+/// A step of the chatter frequency by so much is one lobe meeting the next.
+const STEP: f64 = 0.02;
+
+/// How far two neighbours are from being on one lobe: the step of the frequency, part of it.
+fn jump(a: &LobePoint, b: &LobePoint) -> f64 {
+    match (a.chatter_hz, b.chatter_hz) {
+        (Some(f), Some(g)) if a.crossing == b.crossing => (f - g).abs() / f,
+        (None, None) => 0.0,
+        _ => f64::INFINITY,
+    }
+}
+
+/// The points, and more of them where the frequency jumps between two neighbours: there lies
+/// a peak, which even steps of speed would cut off.
+fn refined(
+    process: &Process,
+    points: &[LobePoint],
+    most_mm: f64,
+) -> Result<Vec<LobePoint>, PlantError> {
+    let between: Result<Vec<Vec<LobePoint>>, PlantError> = points
+        .par_windows(2)
+        .map(|pair| {
+            let (mut a, mut b) = (pair[0], pair[1]);
+            let mut found = Vec::new();
+            let halvings = if jump(&a, &b) > STEP { HALVINGS } else { 0 };
+            for _ in 0..halvings {
+                let middle = point(process, 0.5 * (a.speed_rpm + b.speed_rpm), most_mm)?;
+                if jump(&a, &middle) > jump(&middle, &b) {
+                    b = middle;
+                } else {
+                    a = middle;
+                }
+                found.push(middle);
+            }
+            Ok(found)
+        })
+        .collect();
+    let mut all: Vec<LobePoint> = between?.into_iter().flatten().collect();
+    all.extend_from_slice(points);
+    all.sort_by(|a, b| a.speed_rpm.total_cmp(&b.speed_rpm));
+    Ok(all)
+}
+
 fn tell(all: &[Lobes]) {
     for case in all {
         say!("{}", case.scenario);
@@ -150,112 +211,6 @@ fn tell(all: &[Lobes]) {
             }
         }
     }
-}
-
-fn html(all: &[Lobes]) -> String {
-    let ends = |f: fn(f64, f64) -> f64, start: f64| {
-        all.iter()
-            .flat_map(|c| &c.points)
-            .fold(start, |m, p| f(m, p.speed_rpm))
-    };
-    let speeds = (ends(f64::min, f64::INFINITY), ends(f64::max, 0.0));
-    let most = all.iter().map(|c| c.most_mm).fold(0.0, f64::max);
-    let highest = all
-        .iter()
-        .flat_map(|c| c.points.iter().filter_map(|p| p.chatter_hz))
-        .fold(1.0, f64::max);
-    let axis = || Scale::linear("spindle speed (1/min)", speeds.0, speeds.1);
-    let mut limits = Vec::new();
-    let mut tones = Vec::new();
-    for (k, case) in all.iter().enumerate() {
-        let series = |name: String, mark, pick: fn(&LobePoint) -> Option<f64>| Series {
-            name,
-            points: case
-                .points
-                .iter()
-                .map(|p| (p.speed_rpm, pick(p).unwrap_or(f64::NAN)))
-                .collect(),
-            mark,
-            colour: k,
-        };
-        limits.push(series(
-            format!("{}: semi-discretisation", case.scenario),
-            Mark::Line,
-            |p| p.depth_mm,
-        ));
-        if case.points.iter().any(|p| p.zero_order_mm.is_some()) {
-            limits.push(series(
-                format!("{}: zero-order", case.scenario),
-                Mark::Dashes,
-                |p| p.zero_order_mm,
-            ));
-        }
-        tones.push(series(
-            format!("{}: quasi-periodic", case.scenario),
-            Mark::Dots,
-            |p| p.chatter_hz.filter(|_| p.crossing != Some("flip")),
-        ));
-        if case.points.iter().any(|p| p.crossing == Some("flip")) {
-            tones.push(Series {
-                colour: k + 3,
-                ..series(
-                    format!("{}: period doubling", case.scenario),
-                    Mark::Dots,
-                    |p| p.chatter_hz.filter(|_| p.crossing == Some("flip")),
-                )
-            });
-        }
-    }
-    let charts = [
-        Chart {
-            title: "Stability lobes".to_owned(),
-            x: axis(),
-            y: Scale::linear("limit depth (mm)", 0.0, most),
-            height: 340.0,
-            series: limits,
-            caption: "Lowest depth at which the cut loses stability; above a curve it chatters. No curve: stable up to the top of the picture. Unstable islands above a stable gap are not drawn. The zero-order curve keeps only the mean of the cutting force and misses period doubling.".to_owned(),
-        },
-        Chart {
-            title: "Chatter frequency at the limit".to_owned(),
-            x: axis(),
-            y: Scale::linear("frequency (Hz)", 0.0, 1.05 * highest),
-            height: 220.0,
-            series: tones,
-            caption: "Frequency of the strongest component of the motion that loses its damping.".to_owned(),
-        },
-    ];
-    let rows: Vec<Vec<String>> = all
-        .iter()
-        .filter_map(|case| {
-            let lowest = case
-                .points
-                .iter()
-                .filter(|p| p.depth_mm.is_some())
-                .min_by(|a, b| {
-                    a.depth_mm
-                        .partial_cmp(&b.depth_mm)
-                        .unwrap_or(std::cmp::Ordering::Equal)
-                })?;
-            Some(vec![
-                case.scenario.clone(),
-                format!("{:.4} mm", lowest.depth_mm.unwrap_or(f64::NAN)),
-                format!("{:.0} 1/min", lowest.speed_rpm),
-                format!("{:.1} Hz", lowest.chatter_hz.unwrap_or(f64::NAN)),
-            ])
-        })
-        .collect();
-    let mut body: String = charts.iter().map(Chart::figure).collect();
-    body.push_str("<h2>Lowest limit in the picture</h2>\n");
-    body.push_str(&table(&["case", "depth", "at", "chatter frequency"], &rows));
-    sheet(
-        "Stability lobes",
-        &all.iter()
-            .map(|c| c.scenario.as_str())
-            .collect::<Vec<_>>()
-            .join(", "),
-        &body,
-        env!("CARGO_PKG_VERSION"),
-    )
 }
 
 #[cfg(test)]
@@ -276,5 +231,22 @@ mod tests {
         assert_eq!(none.depth_mm, None);
         // What is no speed has no chart, instead of one without a limit.
         assert!(point(&process, 0.0, 1.0).is_err());
+    }
+
+    #[test]
+    fn a_peak_between_two_speeds_is_found() {
+        let loaded = scenario::load("two-tooth-benchmark", None).expect("shipped");
+        let process = loaded.scenario.process;
+        let at = |rpm| point(&process, rpm, 3.0).expect("valid");
+        // The peak between the first and the second lobe lies near 13 900 1/min.
+        let points = [at(13_000.0), at(15_000.0)];
+        let fine = refined(&process, &points, 3.0).expect("valid");
+        assert_eq!(fine.len(), 2 + HALVINGS);
+        assert!(fine.is_sorted_by(|a, b| a.speed_rpm < b.speed_rpm));
+        let highest = |all: &[LobePoint]| all.iter().filter_map(|p| p.depth_mm).fold(0.0, f64::max);
+        assert!(highest(&fine) > 1.1 * highest(&points), "{fine:?}");
+        // On one lobe nothing is added.
+        let same = [at(16_000.0), at(16_100.0)];
+        assert_eq!(refined(&process, &same, 3.0).expect("valid"), same);
     }
 }
