@@ -10,5 +10,6 @@
 #![forbid(unsafe_code)]
 
 pub mod guard;
+mod key;
 pub mod settings;
 pub mod wire;

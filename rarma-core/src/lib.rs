@@ -84,6 +84,7 @@ pub mod spectrum;
 mod ud;
 #[cfg(feature = "monitor")]
 pub mod verdict;
+mod visit;
 #[cfg(feature = "monitor")]
 pub use monitor::Monitor;
 #[cfg(feature = "monitor")]

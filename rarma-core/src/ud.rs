@@ -8,8 +8,8 @@
 //!
 //! Columns of U are stored contiguously: `u[j][i]` is U(i, j) for i < j.
 
-use crate::estimate::state::{self, StateVisitor};
 use crate::real::Real;
+use crate::visit::{self, StateVisitor};
 
 /// Runs an expression for each block of up to four columns. The first four blocks are
 /// written out, so that with an order known when the code is built each has its own
@@ -72,8 +72,8 @@ impl<T: Real, const N: usize> UdFactors<T, N> {
     /// Every number, for one who keeps the state of a model or puts it back.
     pub(crate) fn visit_state(&mut self, visitor: &mut impl StateVisitor<T>) {
         let Self { u, d } = self;
-        state::all(u.as_flattened_mut(), visitor);
-        state::all(d, visitor);
+        visit::all(u.as_flattened_mut(), visitor);
+        visit::all(d, visitor);
     }
 
     /// Diagonal factors in use; all positive.

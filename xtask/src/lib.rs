@@ -14,6 +14,7 @@ pub mod long;
 pub mod page;
 pub mod process;
 pub mod qemu;
+pub mod rooms;
 pub mod sound;
 pub mod toolchain;
 pub mod verify;

@@ -1,8 +1,8 @@
-//! `cargo demo`, `cargo verify`, `cargo fw …` and `cargo xtask count|chip|fuzz|long|qemu`.
+//! `cargo demo`, `cargo verify`, `cargo fw …` and `cargo xtask count|chip|fuzz|long|qemu|rooms`.
 
 use std::process::ExitCode;
 
-use xtask::{Failure, Workspace, chip, count, demo, fuzz, fw, long, qemu, verify};
+use xtask::{Failure, Workspace, chip, count, demo, fuzz, fw, long, qemu, rooms, verify};
 
 const HELP: &str = "\
 The workspace's own commands.
@@ -32,6 +32,8 @@ The workspace's own commands.
       --list                    name them
       --markdown FILE           note each result in the table between the markers in FILE
       --missing                 only those that have not passed by that table
+  cargo xtask rooms             who imports whom, and how large each room is
+      --markdown FILE           write it between the markers in FILE
   cargo xtask qemu ELF [ARGS]   run one image in QEMU, its log decoded
 ";
 
@@ -47,6 +49,7 @@ fn main() -> ExitCode {
         "count" => count::main(&workspace, &rest),
         "long" => long::main(&workspace, &rest),
         "chip" => chip::main(&workspace, &rest),
+        "rooms" => rooms::main(&workspace, &rest),
         "fuzz" => fuzz::main(&workspace, &rest),
         "" | "help" | "-h" | "--help" => {
             print!("{HELP}");

@@ -7,7 +7,7 @@ mod stored;
 mod table;
 mod value;
 
-use crate::wire::LinkKey;
+use crate::key::LinkKey;
 pub use page::{markdown, write_schema};
 use rarma_core::verdict::VerdictConfig;
 pub use stored::{RECORD_BYTES, RecordError, from_record, to_record};

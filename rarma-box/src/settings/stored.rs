@@ -6,7 +6,7 @@
 //! and range are checked here.
 
 use super::value::{Setting, SettingError, SettingValue};
-use crate::wire::{KEY_BYTES, LinkKey};
+use crate::key::{KEY_BYTES, LinkKey};
 use heapless::Vec;
 
 /// Most bytes of a record.

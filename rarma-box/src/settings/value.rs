@@ -1,6 +1,6 @@
 //! What a setting is, and a value of one.
 
-use crate::wire::LinkKey;
+use crate::key::LinkKey;
 use core::marker::PhantomData;
 use serde::{Deserialize, Serialize};
 

@@ -12,7 +12,7 @@
 //! 16 bytes or none, is the host's only.
 
 use super::command::Order;
-use super::seal::{LinkKey, SEAL_BYTES, Seal};
+use crate::key::{LinkKey, SEAL_BYTES, Seal};
 use crc::{CRC_16_IBM_SDLC, Crc};
 use serde::Serialize;
 use serde::de::DeserializeOwned;

@@ -5,10 +5,10 @@ mod command;
 mod excitation;
 mod frame;
 mod message;
-mod seal;
 mod speaker;
 mod window;
 
+pub use crate::key::{KEY_BYTES, LinkKey, SEAL_BYTES, Seal};
 pub use circle::{
     CIRCLE_POINTS, CIRCLE_RATE_HZ, CircleJob, CircleMessage, CirclePoints, JOB_PRESSURES, PAUSE_S,
     StandJob,
@@ -26,6 +26,5 @@ pub use message::{
     AlarmMessage, AmplitudeMessage, Finished, HistogramMessage, ModeMessage, MonitorJob, Notice,
     NoticeMessage, Refusal, SpindleMessage, Telemetry, Verdict,
 };
-pub use seal::{KEY_BYTES, LinkKey, SEAL_BYTES, Seal};
 pub use speaker::Speaker;
 pub use window::{Arrival, WINDOW, Window};

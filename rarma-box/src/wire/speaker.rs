@@ -12,7 +12,7 @@
 use super::command::{Answer, Command, ControlMessage, NOBODY, Order};
 use super::frame::{FrameError, Head, MAX_FRAME, NO_SESSION, encode_order};
 use super::message::Telemetry;
-use super::seal::LinkKey;
+use crate::key::LinkKey;
 
 /// See the module.
 #[derive(Debug, Clone)]

@@ -16,14 +16,14 @@ mod restart;
 mod running_whiteness;
 pub mod schur;
 mod start;
-pub(crate) mod state;
+mod state;
 mod status;
 
 pub use crate::ud::UdFactors;
+pub use crate::visit::StateVisitor;
 pub use bounded::BoundedArma;
 pub use config::{ConfigError, Gain, Gradient, RarmaConfig};
 pub use iv::{IvConfig, RecursiveIv};
 pub use rarma::{Arma21, Arma22, Arma43, Arma44, Arma65, Arma66, Arma87, Arma88, RecursiveArma};
 pub use running_whiteness::{RUNNING_LAGS, RunningWhiteness};
-pub use state::StateVisitor;
 pub use status::{Limit, Status, Step};

@@ -19,9 +19,9 @@ mod lattice;
 use super::config::{Gain, Gradient};
 use super::rarma::{RecursiveArma, SMALLEST_VARIANCE};
 use super::schur;
-use super::state::{self, StateVisitor};
 use super::status::{Status, Step};
 use crate::real::Real;
+use crate::visit::{self, StateVisitor};
 
 /// Samples of the least squares at most.
 pub(super) const MOST: usize = 400;
@@ -195,13 +195,13 @@ impl<T: Real, const N: usize> Start<T, N> {
             round,
             next,
         } = self;
-        state::all(store, visitor);
-        state::all(next, visitor);
-        state::all([reflection, cross, square, overwritten], visitor);
+        visit::all(store, visitor);
+        visit::all(next, visitor);
+        visit::all([reflection, cross, square, overwritten], visitor);
         let mut code = *stage as u32;
         visitor.count(&mut code);
         for n in [taken, length, place, order, wanted] {
-            state::place(n, visitor);
+            visit::place(n, visitor);
         }
         visitor.count(round);
         let known = STAGES.into_iter().find(|stage| *stage as u32 == code);

@@ -6,8 +6,8 @@
 
 use super::aberth;
 use super::quadratic::{Quadratic, Residue, Roots};
-use crate::estimate::StateVisitor;
 use crate::real::Real;
+use crate::visit::StateVisitor;
 
 /// How far the factors are from the polynomial.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -33,7 +33,7 @@ impl LinkKey {
     }
 
     /// The seal of so many bytes.
-    pub(super) fn seal(&self, bytes: &[u8]) -> Option<[u8; SEAL_BYTES]> {
+    pub(crate) fn seal(&self, bytes: &[u8]) -> Option<[u8; SEAL_BYTES]> {
         let whole = self.mac(bytes)?.finalize().into_bytes();
         whole.first_chunk().copied()
     }
@@ -50,8 +50,8 @@ impl LinkKey {
 /// What stands at the end of a frame, and what it is to vouch for.
 #[derive(Debug, Clone, Copy)]
 pub struct Seal<'a> {
-    pub(super) signed: &'a [u8],
-    pub(super) seal: &'a [u8],
+    pub(crate) signed: &'a [u8],
+    pub(crate) seal: &'a [u8],
 }
 
 impl Seal<'_> {
