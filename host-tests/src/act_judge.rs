@@ -6,14 +6,12 @@ use crate::advice::{Case, Within, plays};
 use crate::statistics::rms;
 use core::f64::consts::TAU;
 use core::ops::Range;
-use hal_sim::population::Cut;
+use hal_sim::population::{Cut, SAFE_PART};
 use rarma_cli::controller::{ActRecord, What};
 use std::collections::BTreeMap;
 
 /// Seeds that no number of the advice was set on.
 pub const SEEDS: u64 = 300_000;
-/// A stable cut is one with this much of its limit at most.
-const SHALLOW: f64 = 0.8;
 /// Two speeds this near have one root, as a part.
 const GRID: f64 = 0.002;
 /// Multiples of the rotation are looked for up to here, Hz: beyond what modes of these machines
@@ -45,7 +43,7 @@ pub fn drawn(seed: u64, kind: Kind, rpm: &Range<f64>) -> Option<Case> {
         Kind::Pocket => Within::Pocket,
         Kind::None => Within::None,
         Kind::Stable => {
-            let stable = cut.limit_part() < SHALLOW && cut.operational().1 > 0.0;
+            let stable = cut.limit_part() < SAFE_PART && cut.operational().1 > 0.0;
             return stable.then(|| Case::of(cut));
         }
     };

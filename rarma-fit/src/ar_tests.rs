@@ -3,6 +3,7 @@
 use super::bench::{arma, pairs, white};
 use super::*;
 use proptest::prelude::*;
+use rarma_core::estimate::{IvConfig, RecursiveIv};
 
 type Method<T, const N: usize> = fn(&[T], usize) -> Result<ArFit<T, N>, FitError>;
 
@@ -139,6 +140,27 @@ fn instruments_see_through_a_moving_average() {
         instrumental_variables::<f64, 2>(&y, 2, 1, 1).err(),
         Some(FitError::OutOfRange)
     );
+}
+
+/// ARMA(4,3), poles 0.97·e^(±0.8j) and 0.95·e^(±1.7j): the listener's recursion over the same samples.
+#[test]
+fn instruments_agree_with_the_recursion() {
+    let truth = pairs(&[(0.97, 0.8), (0.95, 1.7)]);
+    for seed in [1, 2, 3] {
+        let y = arma(&truth, &[0.1, 0.1, 0.24], 20_000, seed);
+        let mut recursion = RecursiveIv::<f64, 4>::new(4, 3, IvConfig::default()).expect("order");
+        for &y in &y {
+            recursion.update(y);
+        }
+        let batch: ArFit<f64, 4> = instrumental_variables(&y, 4, 3, 4).expect("regular");
+        for i in 0..4 {
+            let off = (recursion.a()[i] - batch.a()[i]).abs();
+            let error = (batch.a()[i] - truth[i]).abs();
+            std::println!("a{}: apart {off:.2e}, error {error:.2e}", i + 1);
+            // Apart by the first samples and the last: a few in 20 000.
+            assert!((1e-9..2e-3).contains(&off), "a{}: {off}", i + 1);
+        }
+    }
 }
 
 #[test]

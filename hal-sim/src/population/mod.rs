@@ -27,6 +27,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use room::Room;
 use sensor::Sensor;
+pub use state::SAFE_PART;
 use state::Stretch;
 
 /// An alarm this long before chatter can be heard, or after it, is none out of nothing, s.

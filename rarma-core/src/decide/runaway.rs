@@ -7,12 +7,14 @@
 use crate::real::Real;
 
 /// ζ is negative for certain so many standard deviations below zero. With 2, noise 60 dB below the
-/// signal raises an alarm in 2 of 87 quiet recordings more; with 1 as well, and no call comes earlier.
+/// signal raises an alarm in 2 of 87 quiet recordings more; with 1, no call comes earlier.
 const SDS: f64 = 3.0;
 /// The power has become this many times what it was when ζ became negative: 6 dB, more than a
-/// lock-in wanders. Half as much calls no earlier in the median, four times as much 0.02 s later.
+/// lock-in wanders. Half as much calls no earlier where it grows, four times as much 0.02 s later in
+/// the median of all (both with two standard deviations).
 const GROWN: f64 = 4.0;
-/// The model's own growth ∫−ζω dt explains at least this part of what was seen.
+/// The model's own growth ∫−ζω dt explains at least this part of what was seen: it remembers 0.1 s, and
+/// ζ follows a growth that has begun. Chosen by that, not varied.
 const EXPLAINED: f64 = 0.5;
 
 /// Growth of one mode.

@@ -10,8 +10,8 @@ use crate::arm_image::ArmImage;
 use crate::toolchain::ArmToolchain;
 use crate::{Failure, Result, TARGET, process};
 
-/// What is meant for others.
-const CRATES: [&str; 4] = ["rarma-core", "rarma-fit", "rarma-rigs", "rarma-box"];
+/// What is meant for others; none of them needs std.
+pub(super) const CRATES: [&str; 4] = ["rarma-core", "rarma-fit", "rarma-rigs", "rarma-box"];
 /// The program, as a folder of the workspace.
 const PROGRAM: &str = "tools/outside";
 /// Lines of code that it may have.

@@ -192,22 +192,11 @@ fn toolchain(bench: &mut Bench<'_>) -> Result<Outcome> {
 fn rooms_without_std(bench: &mut Bench<'_>) -> Result<Outcome> {
     let mut cargo = toolchain_or_skip!(bench).cargo(bench.workspace);
     cargo
-        .args([
-            "build",
-            "--package",
-            "rarma-core",
-            "--package",
-            "rarma-fit",
-            "--package",
-            "rarma-rigs",
-            "--package",
-            "rarma-box",
-            "--target",
-            TARGET,
-            "--profile",
-            "fw",
-        ])
+        .args(["build", "--target", TARGET, "--profile", "fw"])
         .env("CARGO_TARGET_DIR", bench.workspace.firmware_target_dir());
+    for name in packed::CRATES {
+        cargo.args(["--package", name]);
+    }
     bench.pass_if(&mut cargo)
 }
 
