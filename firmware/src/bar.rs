@@ -20,15 +20,23 @@ const POINT_MS: u16 = 10;
 const WAITING: usize = 4;
 
 /// See the module.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct BarDuty {
     valve: ValveLoop,
     settled: bool,
-    procedure: Option<Procedure>,
+    /// Idle without a test of circles. In place, because it is large.
+    procedure: Procedure,
     standing: Option<StandDuty>,
+    circles: Circles,
+}
+
+/// What circles bring, and what is to be said of them.
+#[derive(Debug)]
+struct Circles {
     bar: Option<BarSet>,
-    /// The other direction at this pressure and its force, N, until both are there.
-    half: Option<(Trace<f32, BINS>, f32)>,
+    /// The other direction at this pressure; its force, N, until both are there.
+    other: Trace<f32, BINS>,
+    other_n: Option<f32>,
     both: bool,
     map: StiffnessMap<f32, BINS>,
     points: CirclePoints,
@@ -37,15 +45,12 @@ pub struct BarDuty {
     news: Deque<CircleMessage, WAITING>,
 }
 
-impl Default for BarDuty {
+impl Default for Circles {
     fn default() -> Self {
         Self {
-            valve: ValveLoop::default(),
-            settled: false,
-            procedure: None,
-            standing: None,
             bar: None,
-            half: None,
+            other: Trace::default(),
+            other_n: None,
             both: false,
             map: StiffnessMap::BLANK,
             points: CirclePoints::default(),
@@ -66,7 +71,7 @@ impl BarDuty {
 
     /// A set point by hand, or a stop, ends a test.
     pub fn end_test(&mut self) {
-        self.procedure = None;
+        self.procedure.stop();
         self.standing = None;
     }
 
@@ -75,16 +80,15 @@ impl BarDuty {
     /// # Errors
     /// [`Denial::Limit`]: a pressure is out of reach or does not hold the bar, or the job's
     /// numbers do not fit together.
+    #[inline(never)]
     pub fn want(&mut self, job: &CircleJob, bar: &BarSet) -> Result<(), Denial> {
         let job = job.for_bar(bar).map_err(|_| Denial::Limit)?;
         let (config, schedule) = job.procedure().ok_or(Denial::Limit)?;
-        self.procedure = Some(Procedure::new(config, schedule).ok_or(Denial::Limit)?);
+        if !self.procedure.begin(config, schedule) {
+            return Err(Denial::Limit);
+        }
         self.standing = None;
-        self.bar = Some(*bar);
-        self.map.reset();
-        self.half = None;
-        self.both = job.both;
-        self.news.clear();
+        self.circles.begin(*bar, job.both);
         Ok(())
     }
 
@@ -92,6 +96,7 @@ impl BarDuty {
     ///
     /// # Errors
     /// As [`Self::want`].
+    #[inline(never)]
     pub fn want_stand(
         &mut self,
         job: &StandJob,
@@ -100,8 +105,8 @@ impl BarDuty {
     ) -> Result<(), Denial> {
         let stand = StandDuty::new(job, bar, gauge_limit_m).ok_or(Denial::Limit)?;
         self.standing = Some(stand);
-        self.procedure = None;
-        self.news.clear();
+        self.procedure.stop();
+        self.circles.news.clear();
         Ok(())
     }
 
@@ -117,17 +122,17 @@ impl BarDuty {
 
     /// Whether a test moves the set point.
     pub fn busy(&self) -> bool {
-        self.procedure.is_some() || self.standing.is_some()
+        !self.procedure.is_idle() || self.standing.is_some()
     }
 
     /// Where the test is; none without one.
     pub fn stage(&self) -> Option<Stage> {
-        self.procedure.as_ref().map(Procedure::stage)
+        (!self.procedure.is_idle()).then(|| self.procedure.stage())
     }
 
     /// What there is to say, the oldest first.
     pub fn news(&mut self) -> Option<CircleMessage> {
-        self.news.pop_front()
+        self.circles.news.pop_front()
     }
 
     /// One millisecond while outputs are on: `set_pa` is what the working point by hand asks
@@ -144,40 +149,45 @@ impl BarDuty {
         if !at_work {
             self.end_test();
         }
-        if let Some(mut standing) = self.standing.take() {
-            let seen = self.seen(state);
+        let seen = Seen {
+            gauge_m: state.gauge_m,
+            pressure_pa: state.pressure_pa,
+            settled: self.settled,
+        };
+        let mut asked = None;
+        if let Some(standing) = &mut self.standing {
             for message in standing.step(&seen).into_iter().flatten() {
-                self.say(message);
+                self.circles.say(message);
             }
-            let asked = standing.asked();
-            (set_pa, dither) = (asked.pressure_pa.min(c.most_pa), asked.dither);
-            self.standing = Some(standing);
+            asked = Some(standing.asked());
         }
-        if let Some(mut procedure) = self.procedure.take() {
-            self.test(&mut procedure, state);
-            let asked = procedure.asked();
+        if !self.procedure.is_idle() {
+            self.circles.step(&mut self.procedure, &seen);
+            asked = Some(self.procedure.asked());
+        }
+        if let Some(asked) = asked {
             (set_pa, dither) = (asked.pressure_pa.min(c.most_pa), asked.dither);
-            self.procedure = Some(procedure);
         }
         let out = self.valve.step(c, 1e-3, set_pa, state.pressure_pa, dither);
         self.settled = out.settled;
         (out.reference_pa, out.command_pa)
     }
+}
 
-    fn seen(&self, state: &RigState) -> Seen {
-        Seen {
-            gauge_m: state.gauge_m,
-            pressure_pa: state.pressure_pa,
-            settled: self.settled,
-        }
+impl Circles {
+    fn begin(&mut self, bar: BarSet, both: bool) {
+        self.bar = Some(bar);
+        self.map.reset();
+        self.other_n = None;
+        self.both = both;
+        self.news.clear();
     }
 
-    fn test(&mut self, procedure: &mut Procedure, state: &RigState) {
-        let seen = self.seen(state);
+    fn step(&mut self, procedure: &mut Procedure, seen: &Seen) {
         let run = procedure.run().map_or(0, |r| r.number);
-        let event = procedure.step(&seen);
+        let event = procedure.step(seen);
         if let Some(run_s) = procedure.run_s() {
-            self.point(run, run_s - procedure.config().lead_s, &seen);
+            self.point(run, run_s - procedure.config().lead_s, seen);
         }
         match event {
             None => {}
@@ -238,6 +248,7 @@ impl BarDuty {
         self.in_point = 0;
     }
 
+    #[inline(never)]
     fn done(&mut self, procedure: &Procedure, done: &RunDone) {
         self.say(CircleMessage::Done {
             run: done.run.number,
@@ -250,18 +261,19 @@ impl BarDuty {
         if let Some(bar) = self.bar
             && done.run.rising
         {
-            let trace: Trace<f32, BINS> = procedure.trace(done);
+            let mut trace: Trace<f32, BINS> = procedure.trace(done);
             // The gauge sees ΔL = Δr·cos φ: c = (ΔL/cos φ)/F_plane, so the readings stay and the
             // force takes cos φ.
             let force_n = bar.in_plane_n(done.pressure_pa) * bar.cos();
-            match (self.both, self.half.take()) {
-                (true, None) => self.half = Some((trace, force_n)),
-                (_, other) => {
-                    let (mean, force_n) = other.map_or((trace, force_n), |(o, f)| {
-                        (o.averaged(&trace), 0.5 * (f + force_n))
+            match self.other_n.take() {
+                None if self.both => (self.other, self.other_n) = (trace, Some(force_n)),
+                other => {
+                    let force_n = other.map_or(force_n, |other_n| {
+                        trace.average_with(&self.other);
+                        0.5 * (other_n + force_n)
                     });
                     // A force that is not finite would be a pressure that is not: checked.
-                    let _ = self.map.add(&mean, force_n);
+                    let _ = self.map.add(&trace, force_n);
                 }
             }
         }

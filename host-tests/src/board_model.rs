@@ -6,7 +6,7 @@ use rarma_box::guard::Mode;
 use rarma_box::settings::SettingValue;
 use rarma_box::wire::{Command as Word, Deframer, Head, MAX_FRAME, Order, Telemetry, encode_order};
 use serde_json::{Value, json};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use xtask::chip::TRACE;
 use xtask::chip::figures::Figures;
@@ -33,6 +33,8 @@ pub struct Seen {
     pub trace: Trace,
     /// The image's program.
     pub program: Program,
+    /// Its file.
+    pub image: PathBuf,
 }
 
 /// Runs the image: codes of the microphone, what happens at its pins, options of the model.
@@ -87,6 +89,7 @@ pub fn run(
         run,
         trace,
         program,
+        image,
     })
 }
 

@@ -11,7 +11,9 @@ use rarma_box::wire::Command as Word;
 use rarma_core::Order;
 use serde_json::json;
 use std::fmt::Write as _;
+use xtask::arm_image::ArmImage;
 use xtask::chip::figures;
+use xtask::chip::profile::{self, by_function};
 use xtask::chip::schedule::longest;
 use xtask::chip::timing::{Form, Setup, run as through};
 
@@ -84,6 +86,49 @@ fn load(order: (usize, usize), told: bool) -> Option<Load> {
     let of = |prefetch, form| through(&seen.program, &seen.trace, setup(prefetch, form));
     let both = [Form::Least, Form::Most].map(|form| of(true, form));
     let instructions = seen.trace.instructions() as f64;
+    if told {
+        let image = ArmImage::read(&seen.image).expect("the image was read before");
+        let shares = by_function(&image, &seen.program, &seen.trace, setup(true, Form::Most));
+        println!(
+            "({},{}), speed told:\n{}",
+            order.0,
+            order.1,
+            profile::markdown(&shares, samples)
+        );
+    }
+    if let Some(to) = std::env::var_os("RARMA_DUMP") {
+        let mut m = xtask::chip::timing::Machine::new(&seen.program, setup(true, Form::Most));
+        let mut per: std::collections::HashMap<u32, (u64, u64, u64)> = Default::default();
+        let mut at_now = 0;
+        let mut b = m.taken();
+        for &s in &seen.trace.steps {
+            if let xtask::chip::trace::Step::Run(at) = s {
+                at_now = at;
+            }
+            m.step(s);
+            let a = m.taken();
+            let e = per.entry(at_now).or_default();
+            e.0 += a.instructions - b.instructions;
+            e.1 += a.cycles - b.cycles;
+            e.2 += a.waited + a.waited_for_data - b.waited - b.waited_for_data;
+            b = a;
+        }
+        let mut out = String::new();
+        for (at, (i, c, w)) in per {
+            let _ = writeln!(
+                out,
+                "{at:x} {} {} {}",
+                i as f64 / samples,
+                c as f64 / samples,
+                w as f64 / samples
+            );
+        }
+        std::fs::write(
+            std::path::Path::new(&to).join(format!("{}-{}-{told}.txt", order.0, order.1)),
+            out,
+        )
+        .unwrap();
+    }
     let longest = longest(&seen.program, &seen.trace, setup(true, Form::Most), LOOP);
     Some(Load {
         instructions: instructions / samples,

@@ -13,6 +13,7 @@ from clocks import WATCHED, ClockTree
 from dma import DMA1, Dma
 from entropy import Random
 from memo import until_written
+from mpu import Mpu
 from pins import Pins
 from registers import Judge
 from safety import NMI, FlashMemory, Supply
@@ -78,6 +79,7 @@ class Bus:
         self.analog.restart()
         self.parts = [self.clock, self.power, self.analog, self.serial, self.flash, self.supply]
         self.parts.append(self.random)
+        self.mpu = Mpu(self)
         # What a reset leaves is the register file's, but for the option bytes and why there was
         # a reset: flags of those before it stay until they are taken back.
         flags = self.register.get(RCC + 0x94, 0) & 0xFE00_0000 | 1 << RESET_FLAG[cause]
@@ -172,7 +174,7 @@ class Bus:
                 dma.done = 0
 
     def _store(self, address, value):
-        if any(part.write(address, value) for part in self.parts):
+        if self.mpu.write(address, value) or any(p.write(address, value) for p in self.parts):
             return
         block, bit = address & ~0x1F, 32 * (address >> 2 & 7)
         numbers = {bit + k for k in range(32) if value >> k & 1}

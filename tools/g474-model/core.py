@@ -5,6 +5,8 @@ Instructions are executed by unicorn and take no time. Time goes on where the im
 served at a time, in the order of their numbers: priorities and preemption are not modelled.
 """
 
+import ctypes
+import mmap
 import struct
 
 import trace
@@ -17,6 +19,7 @@ from unicorn import (
     UC_HOOK_MEM_WRITE,
     UC_MODE_MCLASS,
     UC_MODE_THUMB,
+    UC_PROT_ALL,
     Uc,
     UcError,
 )
@@ -31,10 +34,10 @@ from unicorn.arm_const import (
 )
 
 FLASH, FLASH_BYTES = 0x0800_0000, 0x8_0000
-RAM, RAM_BYTES = 0x2000_0000, 0x2_0000
-# The memory coupled to the core, where it fetches from; its second address, for data, is the end of
-# RAM: what is written at the one is not seen at the other.
-COUPLED, COUPLED_BYTES = 0x1000_0000, 0x8000
+RAM, RAM_BYTES = 0x2000_0000, 0x1_8000
+# The memory coupled to the core: where it fetches from it, and behind RAM where data lie in it, at the
+# top the stack.
+COUPLED, STACK, COUPLED_BYTES = 0x1000_0000, 0x2001_8000, 0x8000
 SYSTEM_FLASH = 0x1FFF_0000
 PERIPHERALS, PERIPHERALS_BYTES = 0x4000_0000, 0x1010_0000
 PRIVATE, PRIVATE_BYTES = 0xE000_0000, 0x10_0000
@@ -109,7 +112,10 @@ class Core:
         uc.mem_map(FLASH, FLASH_BYTES)
         uc.mem_write(FLASH, b"\xff" * FLASH_BYTES)
         uc.mem_map(RAM, RAM_BYTES)
-        uc.mem_map(COUPLED, COUPLED_BYTES)
+        self.coupled = mmap.mmap(-1, COUPLED_BYTES)
+        memory = (ctypes.c_ubyte * COUPLED_BYTES).from_buffer(self.coupled)
+        for at in (COUPLED, STACK):
+            uc.mem_map_ptr(at, COUPLED_BYTES, UC_PROT_ALL, ctypes.addressof(memory))
         # Not up to the memory: a stack that leaves it must not find anything there.
         uc.mem_map(SYSTEM_FLASH, 0x8000)
         uc.mem_write(RETURN, b"\x00\xbf" * 4)
@@ -132,12 +138,17 @@ class Core:
         self.trouble = None
         self.served = {}
         self.trace = None
+        uc.hook_add(UC_HOOK_MEM_WRITE, self._program_comes, begin=COUPLED, end=COUPLED)
         uc.mem_write(RAM, bytes([PAINT]) * RAM_BYTES)
+        uc.mem_write(STACK, bytes([PAINT]) * COUPLED_BYTES)
+        self.guards, self.parts, self.asked = [], [], None
+        self.stack_end, self.start_stack = STACK, 0
         self.restart()
 
     def restart(self):
         """What a reset does to the core: memory stays."""
         self.wants = self.in_handler = False
+        self.protect([])
         stack, reset = struct.unpack("<II", self.uc.mem_read(FLASH, 8))
         self.stack_top = stack
         self.uc.reg_write(UC_ARM_REG_PRIMASK, 0)
@@ -167,11 +178,35 @@ class Core:
         return struct.unpack("<I", self.uc.mem_read(FLASH + 4 * number, 4))[0]
 
     def stack_used(self):
-        """Bytes of the stack ever written, from its top to the lowest."""
-        base = RAM
+        """Bytes of the stack written, from its top to the lowest, since it ends where it does."""
+        base = self.stack_end
         painted = bytes(self.uc.mem_read(base, self.stack_top - base))
         untouched = len(painted) - len(painted.lstrip(bytes([PAINT])))
         return len(painted) - untouched
+
+    def protect(self, parts):
+        """From the next stretch of the program on these parts of memory, and no others, are read-only."""
+        # A store at which the program is stopped is executed again when it goes on.
+        if parts != self.parts:
+            self.asked = self.parts = parts
+            self.uc.emu_stop()
+
+    def _protect(self):
+        uc, parts, self.asked = self.uc, self.parts, None
+        for hook in self.guards:
+            uc.hook_del(hook)
+        self.guards = [
+            uc.hook_add(UC_HOOK_MEM_WRITE, self._refuses, begin=at, end=at + length - 1)
+            for at, length in parts
+        ]
+        # What is translated already knows nothing of the hooks.
+        uc.ctl_flush_tb()
+        ends = [at + length for at, length in parts if STACK <= at < STACK + COUPLED_BYTES]
+        self.stack_end = max(ends, default=STACK)
+        if ends:
+            # What the stack needs from here on is told from what it needed before.
+            below = uc.reg_read(UC_ARM_REG_SP) - self.stack_end
+            uc.mem_write(self.stack_end, bytes([PAINT]) * below)
 
     def interrupt_check(self):
         """Called when something may have become pending: ends this stretch of the program."""
@@ -219,6 +254,8 @@ class Core:
         uc = self.uc
         context = uc.context_save()
         stack = uc.reg_read(UC_ARM_REG_SP) - FRAME_BYTES & ~7
+        if stack < self.stack_end:
+            raise Stuck(f"the stack has no room for an exception's frame at {stack:#x}")
         uc.mem_write(stack, bytes(FRAME_BYTES))
         uc.reg_write(UC_ARM_REG_SP, stack)
         uc.reg_write(UC_ARM_REG_LR, RETURN | 1)
@@ -250,6 +287,8 @@ class Core:
 
     def _execute(self, pc, until):
         self.trouble = None
+        if self.asked is not None:
+            self._protect()
         try:
             self.uc.emu_start(pc, until)
         except UcError as why:
@@ -300,6 +339,14 @@ class Core:
             self.trouble = f"store to locked flash at {address:#x}"
             uc.emu_stop()
         self.bus.flash.programmed(address)
+
+    def _program_comes(self, *_):
+        self.start_stack = self.start_stack or self.stack_used()
+
+    def _refuses(self, uc, _access, address, _size, _value, _data):
+        here = uc.reg_read(UC_ARM_REG_PC)
+        self.trouble = f"store to read-only memory at {address:#x} from {here:#x}"
+        uc.emu_stop()
 
     def _exception(self, uc, number, _data):
         self.trouble = f"exception {number} at {uc.reg_read(UC_ARM_REG_PC):#x}"

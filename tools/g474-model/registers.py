@@ -25,6 +25,7 @@ CORE_REGISTERS = (
     (0xE000_E010, 0xE000_E01F, "SysTick"),
     (0xE000_E100, 0xE000_E4EF, "NVIC"),
     (0xE000_ED00, 0xE000_ED8F, "SCB"),
+    (0xE000_ED90, 0xE000_EDB8, "MPU"),
     (0xE000_EDF0, 0xE000_EDFF, "debug"),
     (0xE000_EF34, 0xE000_EF3F, "FPU"),
 )

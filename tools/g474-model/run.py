@@ -22,7 +22,8 @@ loop does not matter; from the moment on from which instructions are counted, ev
 
 FOLDER gets `frames.bin`, what the link said, and `run.json`: what was seen from outside
 (outputs, pins, DACs, resets, erases), the longest time between two feedings of the
-watchdog, the stack used, the interrupts served, and with --count-from,
+watchdog, the stack used (at the start, and since the program has the lower part of its memory), the
+interrupts served, and with --count-from,
 from that moment on, in `trace.bin`, what was executed (trace.py).
 """
 
@@ -115,6 +116,7 @@ def main():
         "seconds": bus.now / TICK_HZ,
         "samples": bus.analog.taken,
         "stack_bytes": core.stack_used(),
+        "start_stack_bytes": core.start_stack,
         "reset_by": bus.reset_by,
         "interrupts": core.served,
         "trace": bus.trace,

@@ -121,6 +121,13 @@ impl ArmImage {
         })
     }
 
+    /// The function whose code holds an address.
+    pub fn holding(&self, address: u64) -> Option<&Function> {
+        let behind = |function: &Function| function.code.start <= address;
+        let last = self.functions.partition_point(behind).checked_sub(1)?;
+        Some(&self.functions[last]).filter(|function| function.code.contains(&address))
+    }
+
     /// The instructions of a function: address, first halfword, second (0 where there is none).
     pub fn instructions(&self, function: &Function) -> Vec<(u64, u16, u16)> {
         let mut found = Vec::new();

@@ -91,7 +91,10 @@ mod target {
     #[cortex_m_rt::entry]
     fn main() -> ! {
         let mut board = Nucleo::set_up();
-        let sensor_box = place(&mut board);
+        let sensor_box = place();
+        sensor_box.prepare(&mut board);
+        // Made and loaded: from here on the stack is short.
+        board.start_loop();
         sensor_box.open(&mut board);
         defmt::info!("listening at {=f64} Hz", Nucleo::SAMPLE_RATE_HZ);
         sensor_box.run(&mut board)
@@ -100,8 +103,8 @@ mod target {
     /// The box, made in its place; a function of its own, so that what it needs of the stack
     /// is given back.
     #[inline(never)]
-    fn place(board: &mut Nucleo) -> &'static mut SensorBox {
-        let sensor_box = BOX.init_with(|| SensorBox::prepare(board));
+    fn place() -> &'static mut SensorBox {
+        let sensor_box = BOX.init_with(SensorBox::blank::<Nucleo>);
         // What lies at an address that the compiler knows takes it two or three instructions a
         // field to reach, what lies at one that it does not know, one.
         core::hint::black_box(sensor_box)

@@ -60,6 +60,11 @@ impl RigDuty {
         }
     }
 
+    /// The plan of the stored settings, at the start.
+    pub fn set_out(&mut self, plan: RigPlan) {
+        self.plan = plan;
+    }
+
     /// Outputs are about to be armed with this plan.
     pub fn arm(&mut self, plan: RigPlan) {
         self.plan = plan;

@@ -208,13 +208,18 @@ impl SensorBox {
     }
 
     fn link<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) {
-        // To take them out of the box and put them back costs 1700 instructions.
         if self.commands.receive(board) {
-            let mut commands = core::mem::take(&mut self.commands);
-            commands.pass(self, board, now_us);
-            self.commands = commands;
+            self.obey(board, now_us);
         }
         self.check_ins.here(Duty::Link, now_us);
+    }
+
+    /// To take the commands out of the box and put them back costs 1700 instructions.
+    #[inline(never)]
+    fn obey<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) {
+        let mut commands = core::mem::take(&mut self.commands);
+        commands.pass(self, board, now_us);
+        self.commands = commands;
     }
 
     /// Mode, stage and latched fault.

@@ -7,7 +7,7 @@ use crate::commands::Commands;
 use crate::control::{Control, other_than};
 use crate::listen::Listening;
 use crate::rig::{RigDuty, RigPlan};
-use crate::store::Store;
+use crate::store::{Loaded, Store};
 use crate::tell::Teller;
 use rarma_box::guard::{
     CheckIns, FaultCode, FaultRecord, InARow, KEPT_BYTES, Mode, RigState, RigWatch, Severity,
@@ -19,36 +19,31 @@ use rarma_box::wire::{NO_SESSION, NOBODY, Started, Telemetry};
 impl SensorBox {
     /// Starts: reads why there was a reset and what is stored, and says so. Outputs are off.
     pub fn start<B: BoxBoard>(board: &mut B) -> Self {
-        let mut this = Self::prepare(board);
+        let mut this = Self::blank::<B>();
+        this.prepare(board);
         this.open(board);
         this
     }
 
-    /// First half of [`Self::start`], for a board that keeps the box in a static because it
-    /// is large: reads why there was a reset and what is stored.
+    /// A box that has not started: default settings, nothing heard, nothing ordered. A board that keeps
+    /// the box in a static, because it is large, makes it there; [`Self::prepare`] and [`Self::open`]
+    /// then start it.
     #[inline(always)]
-    pub fn prepare<B: BoxBoard>(board: &mut B) -> Self {
-        board.drop_outputs();
-        let now_us = board.now_us();
-        let (started, before, past) = past(board, now_us);
-        // Read once: the next reset without a fault must not tell this one again.
-        board.keep(&[0; KEPT_BYTES]);
-        let mut settings = Settings::default();
-        let (store, loaded) = Store::load_from(board, &mut settings);
-        // Not armed with this plan: arming makes its own and refuses settings that disagree.
-        let plan = RigPlan::unchecked(&settings, B::LOOP_RATE_HZ);
+    pub fn blank<B: BoxBoard>() -> Self {
+        let settings = Settings::default();
         Self {
-            supervisor: Supervisor::new(past),
+            supervisor: Supervisor::new(None),
             listening: Listening::new(B::SAMPLE_RATE_HZ),
-            rig: RigDuty::new(plan),
-            tell: Teller::new(other_than(NO_SESSION, board.entropy())),
-            control: Control::new(other_than(NOBODY, board.entropy())),
+            // Not armed with this plan: arming makes its own and refuses settings that disagree.
+            rig: RigDuty::new(RigPlan::unchecked(&settings, B::LOOP_RATE_HZ)),
+            tell: Teller::new(NO_SESSION),
+            control: Control::new(NOBODY),
             commands: Commands::default(),
             watch: RigWatch::default(),
-            check_ins: CheckIns::new(now_us),
-            next_tick_us: now_us,
-            next_status_us: now_us,
-            next_health_us: now_us,
+            check_ins: CheckIns::new(0),
+            next_tick_us: 0,
+            next_status_us: 0,
+            next_health_us: 0,
             state: RigState::default(),
             sensors_lost: InARow::default(),
             dropped_told: 0,
@@ -56,15 +51,37 @@ impl SensorBox {
             loop_hz: B::LOOP_RATE_HZ,
             sample_hz: B::SAMPLE_RATE_HZ,
             settings,
-            store,
-            findings: Findings::new(loaded),
-            started,
-            before,
-            unsaid: past,
+            store: Store::default(),
+            findings: Findings::new(Loaded::default()),
+            started: Started::PowerOn,
+            before: None,
+            unsaid: None,
         }
     }
 
-    /// Second half of [`Self::start`], once: says what was found, and begins to listen if the
+    /// First half of a start, once: reads why there was a reset and what is stored.
+    #[inline(never)]
+    pub fn prepare<B: BoxBoard>(&mut self, board: &mut B) {
+        board.drop_outputs();
+        let now_us = board.now_us();
+        (self.started, self.before, self.unsaid) = past(board, now_us);
+        self.supervisor = Supervisor::new(self.unsaid);
+        // Read once: the next reset without a fault must not tell this one again.
+        board.keep(&[0; KEPT_BYTES]);
+        let (store, loaded) = Store::load_from(board, &mut self.settings);
+        self.store = store;
+        self.findings = Findings::new(loaded);
+        self.rig
+            .set_out(RigPlan::unchecked(&self.settings, B::LOOP_RATE_HZ));
+        self.tell = Teller::new(other_than(NO_SESSION, board.entropy()));
+        self.control = Control::new(other_than(NOBODY, board.entropy()));
+        self.check_ins = CheckIns::new(now_us);
+        self.next_tick_us = now_us;
+        self.next_status_us = now_us;
+        self.next_health_us = now_us;
+    }
+
+    /// Second half of a start, once: says what was found, and begins to listen if the
     /// settings say so.
     pub fn open<B: BoxBoard>(&mut self, board: &mut B) {
         let hello = crate::commands::identity::<B>(self);

@@ -12,6 +12,7 @@ const SENSORS_LOST: u32 = 3;
 const MOST_ZERO_A: f32 = 0.25;
 
 impl SensorBox {
+    #[inline(never)]
     pub(super) fn tick<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) {
         // First of all: who was not here? A stall must not be cured by the pass after it.
         if let Some((duty, age)) = self.check_ins.late(now_us) {

@@ -75,28 +75,54 @@ pub struct Procedure {
     recorder: Recorder,
 }
 
-impl Procedure {
-    /// A test that begins at the next step. None where the settings do not fit together.
-    pub fn new(config: ProcedureConfig, schedule: Schedule) -> Option<Self> {
-        let sound = config.is_sound()
-            && schedule
-                .run(0)
-                .is_some_and(|r| r.pressure_pa >= 0.99 * config.holding_pa);
-        sound.then_some(Self {
-            // No step of pressure is taken back by more than half.
-            creep_pa: config
-                .creep_pa
-                .min(0.5 * schedule.least_step_pa() / f32::from(schedule.senses())),
-            config,
-            schedule,
-            stage: Stage::Settling,
+impl Default for Procedure {
+    /// Idle; nothing asked for.
+    fn default() -> Self {
+        Self {
+            config: ProcedureConfig::default(),
+            schedule: Schedule::default(),
+            creep_pa: 0.0,
+            stage: Stage::Idle,
             run: 0,
             here_ms: 0,
             run_ms: 0,
             beyond: 0,
             was_outside: false,
             recorder: Recorder::default(),
-        })
+        }
+    }
+}
+
+impl Procedure {
+    /// A test that begins at the next step. None where the settings do not fit together.
+    pub fn new(config: ProcedureConfig, schedule: Schedule) -> Option<Self> {
+        let mut this = Self::default();
+        this.begin(config, schedule).then_some(this)
+    }
+
+    /// Begins a test where another one was: it is large. False, and nothing has changed, where the
+    /// settings do not fit together.
+    #[must_use]
+    pub fn begin(&mut self, config: ProcedureConfig, schedule: Schedule) -> bool {
+        let sound = config.is_sound()
+            && schedule
+                .run(0)
+                .is_some_and(|r| r.pressure_pa >= 0.99 * config.holding_pa);
+        if !sound {
+            return false;
+        }
+        // No step of pressure is taken back by more than half.
+        self.creep_pa = config
+            .creep_pa
+            .min(0.5 * schedule.least_step_pa() / f32::from(schedule.senses()));
+        self.config = config;
+        self.schedule = schedule;
+        self.run = 0;
+        self.run_ms = 0;
+        self.was_outside = false;
+        self.recorder.forget();
+        self.enter(Stage::Settling);
+        true
     }
 
     /// Where the test is.
@@ -122,6 +148,11 @@ impl Procedure {
     /// The last run in bins of angle.
     pub fn trace<const BINS: usize>(&self, done: &RunDone) -> Trace<f32, BINS> {
         self.recorder.trace(&done.map, self.config.overshoot_rad)
+    }
+
+    /// Whether a test was begun and not stopped.
+    pub fn is_idle(&self) -> bool {
+        self.stage == Stage::Idle
     }
 
     /// The test is over, whatever it did.

@@ -22,7 +22,9 @@ pub struct Run {
 /// Pressures up, and down again if asked for; at each of them one run a direction.
 ///
 /// Directions alternate, so that each run begins where the last one ended.
-#[derive(Debug, Clone, PartialEq)]
+///
+/// The default has no run.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Schedule {
     pressures_pa: Vec<f32, MAX_PRESSURES>,
     both: bool,

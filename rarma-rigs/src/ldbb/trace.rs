@@ -127,16 +127,15 @@ impl<T: Real, const BINS: usize> Trace<T, BINS> {
         self.mean.get(bin).copied().filter(|_| self.count(bin) > 0)
     }
 
-    /// Mean of this and another run, in bins that both have.
-    #[must_use]
-    pub fn averaged(&self, other: &Self) -> Self {
-        let mut out = Self::default();
+    /// Becomes the mean of this and another run, in bins that both have; the others are empty.
+    pub fn average_with(&mut self, other: &Self) {
         for k in 0..BINS {
-            if let (Some(a), Some(b)) = (self.mean(k), other.mean(k)) {
-                let _ = out.add(Self::angle(k), T::from_f64(0.5) * (a + b));
+            let mean = self.mean(k).zip(other.mean(k));
+            if let (Some(here), Some(count)) = (self.mean.get_mut(k), self.count.get_mut(k)) {
+                *count = u16::from(mean.is_some());
+                *here = mean.map_or(T::ZERO, |(a, b)| T::from_f64(0.5) * (a + b));
             }
         }
-        out
     }
 
     /// Readings in a bin.
@@ -206,5 +205,18 @@ mod tests {
         assert_eq!(trace.count(0), 20);
         assert!(!trace.add(f32::NAN, 0.0) && !trace.add(0.0, f32::INFINITY));
         assert_eq!(trace.points().count(), 36);
+    }
+
+    #[test]
+    fn a_mean_of_two_has_the_bins_of_both() {
+        let run = |bins: [usize; 2], dr_m: f64| {
+            let mut trace = Trace::<f64, 4>::default();
+            bins.map(|bin| assert!(trace.add(Trace::<f64, 4>::angle(bin), dr_m)));
+            trace
+        };
+        let mut mean = run([0, 1], 2e-6);
+        mean.average_with(&run([1, 2], 4e-6));
+        let means = [0, 1, 2, 3].map(|bin| mean.mean(bin));
+        assert_eq!(means, [None, Some(3e-6), None, None]);
     }
 }

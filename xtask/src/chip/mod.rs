@@ -9,6 +9,7 @@ mod benchmark;
 pub mod figures;
 pub mod instruction;
 pub mod model;
+pub mod profile;
 pub mod program;
 mod registers;
 pub mod schedule;
@@ -18,16 +19,17 @@ pub mod timing;
 mod timing_tests;
 pub mod trace;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use crate::arm_image::ArmImage;
+use crate::arm_image::{ArmImage, Function};
 use crate::count::calls::Unwanted;
 use crate::fw::{self, Request};
 use crate::toolchain::ArmToolchain;
 use crate::{Failure, Result, Workspace, page, process};
 use figures::Figures;
 use model::{Model, Run};
-use program::Program;
+use program::{COUPLED, Program};
 use stack::Stack;
 use trace::Trace;
 
@@ -42,6 +44,9 @@ pub const TRACE: &str = "trace.bin";
 
 /// Functions that are the roots of the duties that may not stop, by a part of their names.
 const DUTIES: [&str; 2] = ["Listening4pass", "current_duty"];
+
+/// Functions of the start, by a part of their names: while they run, the stack has all of its memory.
+const START: [&str; 3] = ["6target5place", "6Nucleo6set_up", "9SensorBox7prepare"];
 
 /// Handlers of interrupts; all have one priority, so that none breaks into another.
 const HANDLERS: [&str; 6] = ["TIM2", "ADC3", "PVD_PVM", "COMP1_2_3", "COMP4_5_6", "COMP7"];
@@ -73,7 +78,15 @@ pub fn build(workspace: &Workspace, toolchain: &ArmToolchain) -> Result<PathBuf>
 pub fn measure(workspace: &Workspace, toolchain: &ArmToolchain, elf: &Path) -> Result<Figures> {
     let image = ArmImage::read(elf)?;
     let program = Program::read_file(elf)?;
-    let static_stack = Stack::new(&image, Program::words(elf)?).program(&HANDLERS)?;
+    if let Some(name) = too_early(&image) {
+        return Err(Failure::new(format!(
+            "the start calls {name}, whose program is copied to where it runs only after it"
+        ))
+        .advise("take it out of the section `.coupled` of firmware/memory/nucleo-g474re.x"));
+    }
+    let words = Program::words(elf)?;
+    let at_start = Stack::new(&image, words.iter().copied()).program(&HANDLERS)?;
+    let afterwards = Stack::new(&image, words).after(&START).program(&HANDLERS)?;
     let folder = workspace.target_dir().join("g474");
     std::fs::create_dir_all(&folder)
         .map_err(|why| Failure::new(format!("cannot make {}", folder.display())).because(why))?;
@@ -113,10 +126,33 @@ pub fn measure(workspace: &Workspace, toolchain: &ArmToolchain, elf: &Path) -> R
     Figures::new(
         toolchain.compiler_version()?,
         &image,
-        [number("stack_bytes")?, static_stack],
+        [
+            [number("start_stack_bytes")?, at_start],
+            [number("stack_bytes")?, afterwards],
+        ],
         trace.instructions() as f64 / number("counted_samples")?.max(1) as f64,
         &unwanted,
     )
+}
+
+/// A function in the coupled memory that the start can call, before it is there.
+fn too_early(image: &ArmImage) -> Option<&str> {
+    let mut known = BTreeSet::new();
+    let mut roots: Vec<&Function> = START.iter().flat_map(|part| image.named(part)).collect();
+    while let Some(function) = roots.pop() {
+        if COUPLED.contains(&(function.code.start as u32)) {
+            return Some(&function.name);
+        }
+        if known.insert(function.code.start) {
+            roots.extend(
+                image
+                    .calls(function)
+                    .into_iter()
+                    .flat_map(|to| image.at(to)),
+            );
+        }
+    }
+    None
 }
 
 /// The command `chip [--image ELF] [--markdown FILE | --check FILE]`.

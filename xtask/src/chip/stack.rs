@@ -37,6 +37,8 @@ pub struct Stack<'a> {
     image: &'a ArmImage,
     /// Where pointers may lead.
     pointed: Vec<u64>,
+    /// Parts of the names of functions that are over by then.
+    over: Vec<&'a str>,
     known: BTreeMap<u64, Deepest>,
     under_way: Vec<u64>,
     /// Functions that can come back to themselves.
@@ -56,11 +58,20 @@ impl<'a> Stack<'a> {
         Self {
             image,
             pointed,
+            over: Vec::new(),
             known: BTreeMap::new(),
             under_way: Vec::new(),
             recursive: Vec::new(),
             unknown: Vec::new(),
         }
+    }
+
+    /// The same, when functions with one of these parts in their names have returned and are not called
+    /// again.
+    #[must_use]
+    pub fn after(mut self, over: &[&'a str]) -> Self {
+        self.over = over.to_vec();
+        self
     }
 
     /// The deepest a program can go: the main program, an interrupt's handler in it, and the exception
@@ -102,6 +113,10 @@ impl<'a> Stack<'a> {
         }
         if self.under_way.contains(&start) {
             self.recursive.push(function.name.clone());
+            return Deepest::default();
+        }
+        let is_over = self.over.iter().any(|part| function.name.contains(part));
+        if is_over {
             return Deepest::default();
         }
         self.under_way.push(start);

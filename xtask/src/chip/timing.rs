@@ -4,6 +4,8 @@
 //! Where the manual gives a range, or rules that depend on what it does not say, there are two forms.
 //! Neither is a chip: bus conflicts with the DMA and the wait states of peripherals are in none.
 
+use std::ops::{Add, Sub};
+
 use super::accelerator::Flash;
 use super::instruction::{Float, Instruction, Kind, Operation};
 use super::program::{FLASH, Program};
@@ -48,6 +50,32 @@ pub struct Taken {
     pub waited_for_data: u64,
     /// Entries of exceptions, returns, registers kept.
     pub exceptions: u64,
+}
+
+impl Add for Taken {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        self.each(other, u64::wrapping_add)
+    }
+}
+
+impl Sub for Taken {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        self.each(other, u64::wrapping_sub)
+    }
+}
+
+impl Taken {
+    fn each(self, other: Self, joined: impl Fn(u64, u64) -> u64) -> Self {
+        Self {
+            instructions: joined(self.instructions, other.instructions),
+            cycles: joined(self.cycles, other.cycles),
+            waited: joined(self.waited, other.waited),
+            waited_for_data: joined(self.waited_for_data, other.waited_for_data),
+            exceptions: joined(self.exceptions, other.exceptions),
+        }
+    }
 }
 
 /// Where the program was when an exception came.

@@ -198,7 +198,6 @@ impl Nucleo {
             microphone_1: pins.microphone_1,
             microphone_2: pins.microphone_2,
         });
-        bridges::start_loop();
         supply::start();
         clock::watch_crystal();
         Self {
@@ -217,6 +216,21 @@ impl Nucleo {
             reset_cause,
             kept,
         }
+    }
+}
+
+impl Nucleo {
+    /// Ends the start, once: what runs without waiting is copied into the lower part of the start's stack,
+    /// which is read-only from here on, and the current loop runs.
+    ///
+    /// # Panics
+    /// When called twice.
+    pub fn start_loop(&mut self) {
+        let Some(core) = cortex_m::Peripherals::take() else {
+            panic!("the loop is started once");
+        };
+        memory::copy_program(&core.MPU);
+        bridges::start_loop();
     }
 }
 

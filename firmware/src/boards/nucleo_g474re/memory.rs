@@ -1,6 +1,7 @@
 //! How the program is read: from the flash, and what must not wait for it from the memory coupled to the
 //! core. The brown-out level of the option bytes.
 
+use cortex_m::peripheral::MPU;
 use embassy_stm32::pac::FLASH;
 
 /// Voltages of the levels of BOR_LEV, falling, mV (RM0440, option register of the flash).
@@ -12,7 +13,6 @@ const BROWN_OUT_MV: [u16; 5] = [1700, 2000, 2200, 2500, 2800];
 /// another flash interface, and systems that heed it there (Zephyr) use prefetch on every G4.
 pub(super) fn start() {
     FLASH.acr().modify(|w| w.set_prften(true));
-    copy_program();
 }
 
 unsafe extern "C" {
@@ -22,13 +22,43 @@ unsafe extern "C" {
     static mut _coupled_end: u32;
 }
 
-/// Puts the current loop's program where the core fetches it without waiting.
-fn copy_program() {
+/// CCM SRAM: where the core fetches from it, and where the stack lies in it.
+const COUPLED: [u32; 2] = [0x1000_0000, 0x2001_8000];
+/// Of its eight parts of 4 KiB, those that hold program.
+const PROGRAM_PARTS: u32 = 0b0001_1111;
+/// Fields of MPU_RASR (ARMv7-M, B3.5.9): never execute; read only; cached, as SRAM is; 32 KiB; on.
+const NEVER_EXECUTE: u32 = 1 << 28;
+const READ_ONLY: u32 = 0b110 << 24;
+const CACHED: u32 = 1 << 17;
+const KIB_32: u32 = 14 << 1;
+const ON: u32 = 1;
+/// MPU_RBAR: the number of the region is with the address. MPU_CTRL: what no region covers is as without.
+const VALID: u32 = 1 << 4;
+const ELSE_AS_BEFORE: u32 = 1 << 2;
+
+/// Puts the program that must not wait where the core fetches it at once, and keeps the stack, which has
+/// gone there until now, out of it.
+///
+/// # Panics
+/// The program is larger than what the stack is kept out of.
+pub(super) fn copy_program(mpu: &MPU) {
     let (from, to) = (&raw const _coupled_from, &raw mut _coupled_start);
     let bytes = (&raw const _coupled_end).addr() - to.addr();
+    assert!(bytes <= 4096 * PROGRAM_PARTS.count_ones() as usize);
     // SAFETY: the linker has kept both places for that, whole words of them, apart from each other;
-    // nothing there runs before, the loop is started later.
+    // nothing there runs before, and the stack ends above it by now (xtask/src/chip/figures.rs).
     unsafe { core::ptr::copy_nonoverlapping(from, to, bytes / size_of::<u32>()) };
+    for ((region, at), fetches) in (0..).zip(COUPLED).zip([0, NEVER_EXECUTE]) {
+        let rights = fetches | READ_ONLY | CACHED;
+        // SAFETY: nothing writes there from here on, but a stack that has grown too far.
+        unsafe {
+            mpu.rbar.write(at | VALID | region);
+            mpu.rasr
+                .write(rights | (!PROGRAM_PARTS & 0xFF) << 8 | KIB_32 | ON);
+        }
+    }
+    // SAFETY: as above.
+    unsafe { mpu.ctrl.write(ELSE_AS_BEFORE | ON) };
     cortex_m::asm::dsb();
     cortex_m::asm::isb();
 }
