@@ -84,10 +84,9 @@ impl<'a, B: Board> App<'a, B> {
             let _ = embedded_io::Write::flush(link);
             return Some(Outcome::Ended);
         }
-        for &x in block.iter().take(count) {
-            self.duty
-                .sample(x, &mut |message| self.frames.send(link, message));
-        }
+        let taken = block.get(..count).unwrap_or(&block);
+        self.duty
+            .samples(taken, &mut |message| self.frames.send(link, message));
         let taken_us = clock.now_us().saturating_sub(begun_us);
         self.longest_block_us = self
             .longest_block_us

@@ -215,9 +215,7 @@ impl Listening {
                 break;
             };
             self.last_us = now_us;
-            for &x in samples {
-                self.sample(board, x, tell);
-            }
+            self.samples(board, samples, tell);
         }
         let mut dropped = None;
         let mut microphones = self.microphones;
@@ -257,17 +255,44 @@ impl Listening {
         }
     }
 
-    fn sample<B: BoxBoard>(&mut self, board: &mut B, x: f32, tell: &mut Teller) {
+    /// Samples in a row. Where a pulse or a listener to raw samples waits for one of them, each is taken by
+    /// itself.
+    fn samples<B: BoxBoard>(&mut self, board: &mut B, samples: &[f32], tell: &mut Teller) {
         if self.duty.is_idle() {
-            self.health.admit(x);
+            for &x in samples {
+                self.health.admit(x);
+            }
         }
-        // What is no number, or beyond full scale, is no sound.
-        let heard = if x.abs() <= 1.0 { x * x } else { 0.0 };
-        self.loud += self.loud_gain * (heard - self.loud);
-        self.gone += 1;
-        self.taken += 1;
+        let gain = self.loud_gain;
+        self.loud = samples.iter().fold(self.loud, |loud, &x| {
+            // What is no number, or beyond full scale, is no sound.
+            let heard = if x.abs() <= 1.0 { x * x } else { 0.0 };
+            loud + gain * (heard - loud)
+        });
+        self.taken += samples.len() as u64;
+        if self.pulse.is_none() && self.raw_left == 0 {
+            self.gone += samples.len() as u64;
+            self.hear(board, samples, tell);
+            return;
+        }
+        for &x in samples {
+            self.gone += 1;
+            self.hear(board, &[x], tell);
+            if let Some(pulse) = self.pulse
+                && pulse.sample < self.gone
+            {
+                self.duty
+                    .pulse(pulse.before + (self.gone - 1 - pulse.sample) as f32);
+                self.pulse = None;
+            }
+            self.raw(board, x, tell);
+        }
+    }
+
+    #[inline(never)]
+    fn hear<B: BoxBoard>(&mut self, board: &mut B, samples: &[f32], tell: &mut Teller) {
         let (verdicts, excited) = (&mut self.verdicts, self.excited);
-        self.duty.sample(x, &mut |message| match message {
+        self.duty.samples(samples, &mut |message| match message {
             Telemetry::Verdict(verdict) => {
                 *verdicts = verdicts.wrapping_add(1);
                 if excited {
@@ -281,22 +306,19 @@ impl Listening {
                 tell.tell(board, message);
             }
         });
-        if let Some(pulse) = self.pulse
-            && pulse.sample < self.gone
-        {
-            self.duty
-                .pulse(pulse.before + (self.gone - 1 - pulse.sample) as f32);
-            self.pulse = None;
+    }
+
+    fn raw<B: BoxBoard>(&mut self, board: &mut B, x: f32, tell: &mut Teller) {
+        if self.raw_left == 0 {
+            return;
         }
-        if self.raw_left > 0 {
-            self.raw_left -= 1;
-            let full = !self.raw.push(x);
-            if full || self.raw_left == 0 {
-                self.flush_raw(board, tell);
-                if full {
-                    self.raw.first = self.gone - 1;
-                    self.raw.push(x);
-                }
+        self.raw_left -= 1;
+        let full = !self.raw.push(x);
+        if full || self.raw_left == 0 {
+            self.flush_raw(board, tell);
+            if full {
+                self.raw.first = self.gone - 1;
+                self.raw.push(x);
             }
         }
     }

@@ -70,12 +70,14 @@ impl MonitorDuty {
         self.telling.as_ref().map_or(none, Telling::started)
     }
 
-    /// Takes one sample; hands what there is to say to `say`.
+    /// Takes samples in a row; hands what there is to say to `say`.
     #[inline]
-    pub fn sample(&mut self, x: f32, say: &mut impl FnMut(&Telemetry)) {
-        if let Some(telling) = &mut self.telling
-            && let Some(report) = fast_path::push(&mut self.monitor, x)
-        {
+    pub fn samples(&mut self, samples: &[f32], say: &mut impl FnMut(&Telemetry)) {
+        let Some(telling) = &mut self.telling else {
+            return;
+        };
+        let mut samples = samples.iter();
+        while let Some(report) = fast_path::push(&mut self.monitor, &mut samples) {
             let monitor = &self.monitor;
             telling.report(&report, || monitor.histogram(), say);
         }

@@ -47,6 +47,10 @@ fn the_image_hears_what_the_host_hears() {
         return;
     };
     assert_eq!(seen.run["reset_by"], Value::Null);
+    // The stack cannot reach the program below it: 20 KiB, at both addresses of that memory.
+    let program = |at: u64| (0..5).map(move |k| json!([at + 0x1000 * k, 0x1000]));
+    let parts: Vec<Value> = program(0x1000_0000).chain(program(0x2001_8000)).collect();
+    assert_eq!(seen.run["read_only"], json!(parts));
     let sequence: Vec<u32> = seen.frames.iter().map(|(head, _)| head.sequence).collect();
     let expected: Vec<u32> = (0..sequence.len() as u32).collect();
     assert_eq!(sequence, expected, "frames are numbered without a gap");
@@ -57,7 +61,7 @@ fn the_image_hears_what_the_host_hears() {
     let mut host = MonitorDuty::new(&job).expect("the default settings are in range");
     let mut said = Vec::new();
     for &code in &codes {
-        host.sample(scaling::microphone(code), &mut |message| {
+        host.samples(&[scaling::microphone(code)], &mut |message| {
             said.push(message.clone())
         });
     }

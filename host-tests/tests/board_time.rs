@@ -96,39 +96,6 @@ fn load(order: (usize, usize), told: bool) -> Option<Load> {
             profile::markdown(&shares, samples)
         );
     }
-    if let Some(to) = std::env::var_os("RARMA_DUMP") {
-        let mut m = xtask::chip::timing::Machine::new(&seen.program, setup(true, Form::Most));
-        let mut per: std::collections::HashMap<u32, (u64, u64, u64)> = Default::default();
-        let mut at_now = 0;
-        let mut b = m.taken();
-        for &s in &seen.trace.steps {
-            if let xtask::chip::trace::Step::Run(at) = s {
-                at_now = at;
-            }
-            m.step(s);
-            let a = m.taken();
-            let e = per.entry(at_now).or_default();
-            e.0 += a.instructions - b.instructions;
-            e.1 += a.cycles - b.cycles;
-            e.2 += a.waited + a.waited_for_data - b.waited - b.waited_for_data;
-            b = a;
-        }
-        let mut out = String::new();
-        for (at, (i, c, w)) in per {
-            let _ = writeln!(
-                out,
-                "{at:x} {} {} {}",
-                i as f64 / samples,
-                c as f64 / samples,
-                w as f64 / samples
-            );
-        }
-        std::fs::write(
-            std::path::Path::new(&to).join(format!("{}-{}-{told}.txt", order.0, order.1)),
-            out,
-        )
-        .unwrap();
-    }
     let longest = longest(&seen.program, &seen.trace, setup(true, Form::Most), LOOP);
     Some(Load {
         instructions: instructions / samples,

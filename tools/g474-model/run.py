@@ -22,8 +22,8 @@ loop does not matter; from the moment on from which instructions are counted, ev
 
 FOLDER gets `frames.bin`, what the link said, and `run.json`: what was seen from outside
 (outputs, pins, DACs, resets, erases), the longest time between two feedings of the
-watchdog, the stack used (at the start, and since the program has the lower part of its memory), the
-interrupts served, and with --count-from,
+watchdog, the stack used (at the start, and since the program has the lower part of its memory), what of
+memory is read-only, the interrupts served, and with --count-from,
 from that moment on, in `trace.bin`, what was executed (trace.py).
 """
 
@@ -117,6 +117,7 @@ def main():
         "samples": bus.analog.taken,
         "stack_bytes": core.stack_used(),
         "start_stack_bytes": core.start_stack,
+        "read_only": core.parts,
         "reset_by": bus.reset_by,
         "interrupts": core.served,
         "trace": bus.trace,

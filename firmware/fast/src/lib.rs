@@ -5,10 +5,11 @@
 //! for size (profile `fw-small`).
 #![no_std]
 
+use core::slice::Iter;
 use rarma_core::monitor::{Monitor, Report};
 
-/// [`Monitor::push`].
+/// [`Monitor::push`] of samples in a row, up to the first report.
 #[inline(never)]
-pub fn push(monitor: &mut Monitor<f32>, x: f32) -> Option<Report<f32>> {
-    monitor.push(x)
+pub fn push(monitor: &mut Monitor<f32>, samples: &mut Iter<'_, f32>) -> Option<Report<f32>> {
+    samples.find_map(|&x| monitor.push(x))
 }

@@ -64,7 +64,7 @@ impl<const CHANNELS: usize> Ears<CHANNELS> {
         let collector = &mut self.collector;
         match &mut self.monitor {
             Monitor::One(duty) => {
-                duty.sample(x[0], &mut |message| hear(collector.take(message)));
+                duty.samples(&x[..1], &mut |message| hear(collector.take(message)));
                 if let Some(before) = pulse {
                     duty.pulse(before);
                 }

@@ -50,7 +50,7 @@ pub(super) fn run(
         .map_err(|why| Failure::System(format!("the population's settings: {why:?}")))?;
     let mut told = monitor.spindle_hz;
     for (n, x) in recording.samples().iter().enumerate() {
-        duty.sample(*x, &mut take);
+        duty.samples(&[*x], &mut take);
         let now = recording.speed.known_hz(n as f64 / recording.fs_hz());
         if told.is_some()
             && now != told
