@@ -15,7 +15,7 @@ use xtask::arm_image::ArmImage;
 use xtask::chip::figures;
 use xtask::chip::profile::{self, by_function};
 use xtask::chip::schedule::longest;
-use xtask::chip::timing::{Form, Setup, run as through};
+use xtask::chip::timing::{Form, Setup, Taken, run as through};
 
 /// The core, Hz.
 const CORE_HZ: f64 = 163.2e6;
@@ -89,6 +89,9 @@ fn load(order: (usize, usize), told: bool) -> Option<Load> {
     if told {
         let image = ArmImage::read(&seen.image).expect("the image was read before");
         let shares = by_function(&image, &seen.program, &seen.trace, setup(true, Form::Most));
+        let all = shares.iter().map(|share| share.taken);
+        let all = all.fold(Taken::default(), |sum, taken| sum + taken);
+        assert_eq!(all, both[1], "every cycle is some function's");
         println!(
             "({},{}), speed told:\n{}",
             order.0,
