@@ -18,7 +18,7 @@ export const heard_so_far = [];
 
 let program = null;
 let now = null;
-let microphone = null;
+export let microphone = null;
 let opened = 0;
 let silent_said = false;
 
@@ -174,15 +174,14 @@ function forgotten(listening_) {
 }
 
 // The audio thread says something.
-function hear({ heard, work, refused: why, paused }) {
+function hear({ heard, blocks, refused: why, paused }) {
   if (paused) say(words_for.paused, 'paused');
   if (why) say(decoder.decode(why), 'refused', true);
   if (!heard || !now) return;
   const told_now = JSON.parse(decoder.decode(heard));
-  now.work = work;
   now.by_ear = told_now;
   told(told_now, now.fs);
-  const quiet = !told_now.begun && work.blocks * 128 > SILENT_S * now.fs;
+  const quiet = !told_now.begun && blocks * 128 > SILENT_S * now.fs;
   if (quiet && !silent_said) {
     silent_said = true;
     say(words_for.silent(SILENT_S), 'silent', true);

@@ -54,7 +54,10 @@ export class Microphone {
       processorOptions: { program, settings: new TextEncoder().encode(JSON.stringify(all)) },
     });
     this.node.port.postMessage({ desk: port2 }, [port2]);
-    this.node.port.onmessage = ({ data }) => hear(data);
+    this.node.port.onmessage = ({ data }) => {
+      if (data.measured === undefined) hear(data);
+      else this.measured?.(data.measured);
+    };
     this.node.onprocessorerror = () => gone(words_for.audio_thread);
     this.track.onended = () => gone(words_for.gone);
     this.context.onstatechange = () => {
@@ -79,6 +82,14 @@ export class Microphone {
 
   tell_speed(speed) {
     this.node.port.postMessage({ speed });
+  }
+
+  // What so many blocks take in the audio thread, ms. The sound has a gap meanwhile.
+  measure(blocks) {
+    return new Promise((go) => {
+      this.measured = go;
+      this.node.port.postMessage({ measure: blocks });
+    });
   }
 
   async stop() {

@@ -123,15 +123,17 @@ export class Pictures {
     const step = top_hz > 4000 ? 1000 : 500;
     const lines = [];
     for (let hz = 0; hz <= top_hz; hz += step) lines.push([hz, `${hz}`]);
-    frame.axes(lines, band_hz, 'Hz');
+    frame.axes(lines, band_hz);
   }
 
   draw_damping(colour) {
     const frame = new Frame(this.damping, this.window(), colour);
     frame.range(LOW, HIGH);
-    frame.axes(LINES.map((z) => [z, `${(100 * z).toFixed(0)}`]), [this.scale?.threshold ?? 0.01], '%');
+    frame.axes(LINES.map((z) => [z, `${(100 * z).toFixed(0)}`]), [this.scale?.threshold ?? 0.01]);
     for (const { t, modes } of this.points) {
       for (const { zeta, zeta_sd, label } of modes) {
+        // What is damped beyond the scale does not matter here.
+        if (zeta > HIGH) continue;
         const name = LABELS[label] ?? '--grey';
         frame.spread(t, zeta - zeta_sd, zeta + zeta_sd, colour(name));
         frame.mark(t, zeta, label, colour(name));
@@ -193,17 +195,17 @@ class Frame {
   }
 
   // Lines across at `values`, dashed ones at `edges`, and seconds below.
-  axes(values, edges, unit = '') {
+  axes(values, edges) {
     const { paper, colour } = this;
     paper.font = '12px system-ui, sans-serif';
     paper.lineWidth = 1;
     paper.textBaseline = 'middle';
     paper.textAlign = 'right';
-    values.forEach(([value, name], k) => {
+    values.forEach(([value, name]) => {
       paper.strokeStyle = colour('--line');
       this.across(value, 0.6);
       paper.fillStyle = colour('--soft');
-      paper.fillText(k === values.length - 1 ? `${name} ${unit}` : name, LEFT - 5, Math.max(10, this.y(value)));
+      paper.fillText(name, LEFT - 5, Math.max(10, this.y(value)));
     });
     paper.strokeStyle = colour('--ink');
     paper.setLineDash([6, 5]);

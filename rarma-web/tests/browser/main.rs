@@ -24,6 +24,9 @@ use std::thread;
 use std::time::Duration;
 use tempfile::TempDir;
 
+/// Before the demonstration, s: longer than a busy computer takes to begin to listen.
+const SILENCE_S: f64 = 1.5;
+
 /// The demonstration in a file.
 fn demonstration(folder: &TempDir) -> (Sound, PathBuf) {
     let sound = Sound::of_the_demonstration();
@@ -50,14 +53,48 @@ fn listen(page: &mut Page, seconds: f64) -> Value {
         20.0,
     );
     thread::sleep(Duration::from_secs_f64(seconds));
+    page.picture("listening");
     page.press("stop");
     page.ended(20.0)
+}
+
+/// Measures in the audio thread, and ends the listening that was begun for it.
+fn cost_of_a_block(page: &mut Page) {
+    page.press("listen");
+    page.browser.wait(
+        "sound",
+        "import('./main.js').then(({heard_so_far}) => heard_so_far.at(-1)?.by_ear?.begun)",
+        20.0,
+    );
+    // Some 3 s of sound at once, again and again: other programs that run meanwhile count as well,
+    // least in the least of them.
+    let blocks = 1024.0;
+    let least = (0..8)
+        .map(|_| {
+            let took = page.browser.value(&format!(
+                "import('./main.js').then(({{microphone}}) => microphone.measure({blocks}))"
+            ));
+            took.as_f64().expect("ms")
+        })
+        .fold(f64::INFINITY, f64::min);
+    let block_ms = 1e3 * 128.0 / page.newest("now.fs").as_f64().expect("a rate");
+    let share = least / blocks / block_ms;
+    println!(
+        "a block takes {:.4} ms of {block_ms:.2} ms: {:.2} %",
+        least / blocks,
+        100.0 * share
+    );
+    assert!(share < 0.05, "{share}");
+    page.press("stop");
+    page.ended(20.0);
 }
 
 #[test]
 fn every_pass_through_the_microphone_is_called_when_the_command_calls_it() {
     let folder = tempfile::tempdir().expect("a folder");
-    let (demonstration, file) = demonstration(&folder);
+    let demonstration = Sound::of_the_demonstration();
+    let file = folder.path().join("after-silence.wav");
+    demonstration.after_silence(SILENCE_S).write(&file);
     let test = "every_pass_through_the_microphone";
     let Some(mut page) = Page::open(test, Microphone::Hears(&file)) else {
         return;
@@ -66,27 +103,22 @@ fn every_pass_through_the_microphone_is_called_when_the_command_calls_it() {
     let passes = std::env::var("RARMA_PASSES").map_or(2, |n| n.parse().expect("a number"));
     let by_command = demonstration.by_the_command().alarms[0].on;
     for pass in 1..=passes {
-        let summary = listen(&mut page, 5.6);
+        let summary = listen(&mut page, 6.0);
         let heard = Sound::read(&page.saved("sound"));
-        // The page's time begins with the first sound that it hears.
-        let (offset, likeness) = demonstration.offset_of(&heard, 1.5, (-0.1, 2.0));
-        let called = first_call(&summary) + offset;
+        let called = first_call(&summary);
+        // The sound of the last second before the end, and where it was in what was played.
+        let (offset, likeness) = demonstration.offset_of(&heard, 5.3, (-0.1, 0.1));
         let by_ear = page.newest("now.by_ear.alarms[0].on").as_f64();
-        let work = page.newest("now.work");
-        let block_ms = 1e3 * 128.0 / heard.fs;
-        let share = work["ms"].as_f64().unwrap() / work["blocks"].as_f64().unwrap() / block_ms;
         let missing = page.newest("now.last.missing");
         println!(
-            "pass {pass}: called at {called:.3} s, by the command at {by_command:.3} s; heard from {offset:.3} s on (correlation {likeness:.3}); {:.2} % of a block, worst {} ms; missing {missing}",
-            100.0 * share,
-            work["worst_ms"]
+            "pass {pass}: called at {called:.3} s, by the command at {by_command:.3} s; off by {:.1} ms at 5.3 s (correlation {likeness:.3}); missing {missing}",
+            1e3 * offset
         );
         assert!(likeness > 0.95, "pass {pass}: {likeness}");
         assert!(
             (called - by_command).abs() < 0.1,
             "pass {pass}: {called}, {by_command}"
         );
-        assert!(share < 0.05, "pass {pass}: {share}");
         assert_eq!(
             by_ear,
             Some(first_call(&summary)),
@@ -110,6 +142,7 @@ fn every_pass_through_the_microphone_is_called_when_the_command_calls_it() {
         !report.contains("http://") && !report.contains("https://"),
         "no request"
     );
+    cost_of_a_block(&mut page);
 }
 
 /// Processes that a browser has started, of the kind that an option names.
@@ -169,7 +202,11 @@ fn with_holes(sound: &Sound, holes: &[(f64, f64)]) -> Sound {
 fn every_gap_is_told_and_none_is_called_chatter() {
     let folder = tempfile::tempdir().expect("a folder");
     let holes = [(2.0, 0.01), (2.5, 0.02), (3.0, 0.09), (3.5, 0.3)];
-    let sound = with_holes(&Sound::of_the_demonstration(), &holes);
+    let once = with_holes(&Sound::of_the_demonstration(), &holes);
+    let sound = Sound {
+        samples: [once.samples.clone(), once.samples].concat(),
+        fs: once.fs,
+    };
     let file = folder.path().join("holes.wav");
     sound.write(&file);
     let test = "every_gap_is_told";

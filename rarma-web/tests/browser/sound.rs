@@ -9,6 +9,8 @@ use std::path::Path;
 
 /// The demonstration's cut.
 const SCENARIO: &str = "chatter-onset";
+/// Rate of Chromium's stand-in.
+const STAND_IN_HZ: f64 = 44_100.0;
 /// Its speed, 1/min, and its teeth, as the page is told them.
 pub const RPM: f64 = 1680.0;
 pub const TEETH: u32 = 6;
@@ -20,9 +22,11 @@ pub struct Sound {
 }
 
 impl Sound {
-    /// The demonstration's.
+    /// The demonstration's, heard at the rate of Chromium's own stand-in for a microphone, so
+    /// that nothing is converted on the way.
     pub fn of_the_demonstration() -> Self {
-        let loaded = scenario::load(SCENARIO, None).expect("it is shipped");
+        let mut loaded = scenario::load(SCENARIO, None).expect("it is shipped");
+        loaded.scenario.microphone.sample_rate_hz = STAND_IN_HZ;
         let played = simulate(&loaded).expect("it can be cut");
         Self {
             samples: played.samples.iter().map(|x| *x as f32).collect(),
@@ -46,6 +50,16 @@ impl Sound {
         Self {
             samples,
             fs: f64::from(spec.sample_rate),
+        }
+    }
+
+    /// The same after so much silence, s: the page's time begins with the first sound, so it
+    /// does not matter when it begins to listen.
+    pub fn after_silence(&self, seconds: f64) -> Self {
+        let silence = vec![0.0; (seconds * self.fs) as usize];
+        Self {
+            samples: [silence, self.samples.clone()].concat(),
+            fs: self.fs,
         }
     }
 
