@@ -2,7 +2,8 @@
 //!
 //! Where the sound system itself stops for a while, frames are missing and nothing stands in for
 //! them. The clock goes on: how far it is ahead of the frames is constant but for the delay of
-//! each block, which is never negative. Its least value over half a second is free of delays.
+//! each block, which is never negative. Its least value over half a second, of frames and of the
+//! clock, is free of delays: frames that were held up and then come at once make no gap.
 
 /// Stretch of frames whose least delay counts, s.
 const STRETCH_S: f64 = 0.5;
@@ -15,9 +16,9 @@ pub struct Clock {
     fs: f64,
     /// How far the clock was ahead in the stretch before, s.
     ahead_s: Option<f64>,
-    /// The least in this stretch, s, and the frame at which that ends.
+    /// The least in this stretch, s, and the frame and the time at which that has begun.
     least_s: f64,
-    until: f64,
+    begun: Option<(f64, f64)>,
 }
 
 impl Clock {
@@ -27,7 +28,7 @@ impl Clock {
             fs,
             ahead_s: None,
             least_s: f64::INFINITY,
-            until: f64::NAN,
+            begun: None,
         }
     }
 
@@ -35,14 +36,17 @@ impl Clock {
     /// that are found missing now: the gap is up to half a second ago.
     pub fn note(&mut self, frames: u64, clock_s: f64) -> u64 {
         let frames = frames as f64;
-        if self.until.is_nan() {
-            self.until = frames + STRETCH_S * self.fs;
-        }
-        self.least_s = self.least_s.min(clock_s - frames / self.fs);
-        if frames < self.until {
+        let (frame, time_s) = *self.begun.get_or_insert((frames, clock_s));
+        if clock_s < time_s {
+            // Somebody has set the clock back.
+            *self = Self::new(self.fs);
             return 0;
         }
-        self.until = frames + STRETCH_S * self.fs;
+        self.least_s = self.least_s.min(clock_s - frames / self.fs);
+        if frames - frame < STRETCH_S * self.fs || clock_s - time_s < STRETCH_S {
+            return 0;
+        }
+        self.begun = Some((frames, clock_s));
         let now = std::mem::replace(&mut self.least_s, f64::INFINITY);
         let before = self.ahead_s.replace(now).unwrap_or(now);
         let rise = now - before;
@@ -85,6 +89,15 @@ mod tests {
             told(20.0, |t| t.max(if t > 8.0 && t < 9.0 { 9.0 } else { 0.0 })),
             []
         );
+    }
+
+    #[test]
+    fn a_clock_that_is_set_back_is_believed_again() {
+        let back =
+            |t: f64| t + if t > 5.0 { 10.0 } else { 3600.0 } + if t > 9.0 { 0.5 } else { 0.0 };
+        let told = told(20.0, back);
+        assert_eq!(told.len(), 1, "{told:?}");
+        assert!((told[0].1 as f64 / FS - 0.5).abs() < 0.003, "{told:?}");
     }
 
     #[test]
