@@ -1,5 +1,7 @@
 //! The other end of a box: a serial port, a socket, a file or standard input.
 
+mod serial;
+
 use crate::failure::Failure;
 use crate::input::system_words;
 use std::fs::File;
@@ -18,7 +20,7 @@ pub struct Port {
 }
 
 enum End {
-    Serial(serial2::SerialPort),
+    Serial(serial::SerialPort),
     Socket(TcpStream),
     File(File),
     Input,
@@ -45,7 +47,7 @@ impl Port {
             End::File(file.map_err(|why| refused(name, not_opened(&why)))?)
         } else {
             let opened = || -> io::Result<End> {
-                let mut port = serial2::SerialPort::open(name, baud)?;
+                let mut port = serial::SerialPort::open(name, baud)?;
                 port.set_read_timeout(PATIENCE)?;
                 Ok(End::Serial(port))
             };

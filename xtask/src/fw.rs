@@ -6,7 +6,7 @@
 use std::path::PathBuf;
 use std::process::Command;
 
-use crate::toolchain::ArmToolchain;
+use crate::toolchain::{ARM, Toolchain};
 use crate::{EMULATED_BOARD, EMULATED_BOX, Failure, Result, TARGET, Workspace, process};
 
 /// The cargo profile of a board's images: on a chip with little flash, the small one.
@@ -211,7 +211,7 @@ pub fn elf_path(workspace: &Workspace, board: &str, binary: &str) -> PathBuf {
 }
 
 /// The cargo command for a request, with a toolchain that has the target.
-pub fn command(workspace: &Workspace, toolchain: &ArmToolchain, request: &Request) -> Command {
+pub fn command(workspace: &Workspace, toolchain: &Toolchain, request: &Request) -> Command {
     let mut command = toolchain.cargo(workspace);
     command
         .args(same_anywhere(workspace))
@@ -250,7 +250,7 @@ fn same_anywhere(workspace: &Workspace) -> [String; 2] {
 /// # Errors
 /// When no toolchain has the target, or the build fails.
 pub fn build_image(workspace: &Workspace, board: &str) -> Result<PathBuf> {
-    let toolchain = ArmToolchain::find_or_make(workspace)?;
+    let toolchain = Toolchain::find_or_make(workspace, ARM)?;
     let request = Request::build(board);
     process::run(&mut command(workspace, &toolchain, &request))?;
     Ok(elf_path(workspace, board, board))
@@ -306,7 +306,7 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
         );
     }
 
-    let toolchain = ArmToolchain::find_or_make(workspace)?;
+    let toolchain = Toolchain::find_or_make(workspace, ARM)?;
     eprintln!("fw: {}", toolchain.description());
     let status = process::status(&mut command(workspace, &toolchain, &request))?;
     if !status.success() {

@@ -18,6 +18,7 @@ pub mod rooms;
 pub mod sound;
 pub mod toolchain;
 pub mod verify;
+pub mod web;
 pub mod workspace;
 
 pub use failure::{Failure, Result};

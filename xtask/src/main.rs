@@ -1,8 +1,8 @@
-//! `cargo demo`, `cargo verify`, `cargo fw …` and `cargo xtask count|chip|fuzz|long|qemu|rooms`.
+//! `cargo demo`, `cargo verify`, `cargo fw …` and `cargo xtask count|chip|fuzz|long|qemu|rooms|web`.
 
 use std::process::ExitCode;
 
-use xtask::{Failure, Workspace, chip, count, demo, fuzz, fw, long, qemu, rooms, verify};
+use xtask::{Failure, Workspace, chip, count, demo, fuzz, fw, long, qemu, rooms, verify, web};
 
 const HELP: &str = "\
 The workspace's own commands.
@@ -34,6 +34,8 @@ The workspace's own commands.
       --missing                 only those that have not passed by that table
   cargo xtask rooms             who imports whom, and how large each room is
       --markdown FILE           write it between the markers in FILE
+  cargo xtask web               the page in a browser, into target/web
+      --serve [PORT]            and hold it on this machine's own address
   cargo xtask qemu ELF [ARGS]   run one image in QEMU, its log decoded
 ";
 
@@ -51,6 +53,7 @@ fn main() -> ExitCode {
         "chip" => chip::main(&workspace, &rest),
         "rooms" => rooms::main(&workspace, &rest),
         "fuzz" => fuzz::main(&workspace, &rest),
+        "web" => web::main(&workspace, &rest),
         "" | "help" | "-h" | "--help" => {
             print!("{HELP}");
             Ok(0)

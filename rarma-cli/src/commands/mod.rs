@@ -31,6 +31,7 @@ mod simulate;
 mod source;
 mod sweep;
 mod tacho;
+#[cfg(not(target_family = "wasm"))]
 mod target;
 
 pub use estimators::{IdentifiedMode, modes_of};
@@ -43,6 +44,7 @@ pub use pair::listen as listen_pair;
 pub use psd::{Density, psd_recording};
 pub use simulate::{Simulated, simulate};
 pub use source::About;
+#[cfg(not(target_family = "wasm"))]
 pub use target::on_chip;
 
 use crate::args::{Cli, Command};
@@ -63,7 +65,12 @@ pub fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Listen(args) => listen::main(args),
         Command::Advise(args) => advise::main(args),
         Command::Act(args) => act::main(args),
+        #[cfg(not(target_family = "wasm"))]
         Command::Target(args) => target::main(args),
+        #[cfg(target_family = "wasm")]
+        Command::Target(_) => Err(Failure::System(
+            "target: no emulator in a browser".to_owned(),
+        )),
         Command::Identify(args) => identify::main(args),
         Command::Order(args) => order::main(args),
         Command::Psd(args) => psd::main(args),

@@ -7,7 +7,7 @@ use super::show;
 use crate::args::{Criterion, Detrend, Method, OrderArgs};
 use crate::failure::Failure;
 use crate::input::Recording;
-use indicatif::ProgressBar;
+use crate::progress::ProgressBar;
 use rarma_core::spectrum::Modal;
 use rarma_fit::{StabilisationConfig, Stability, stabilise};
 use rayon::prelude::*;

@@ -91,7 +91,8 @@ impl InputError {
     }
 
     /// Names the file.
-    pub(crate) fn in_file(mut self, path: &Path) -> Self {
+    #[must_use]
+    pub fn in_file(mut self, path: &Path) -> Self {
         self.file = path.to_path_buf();
         self
     }

@@ -8,6 +8,7 @@ use super::{Format, InputError, Problem, frames, raw, table, wav};
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// What standard input is called in messages.
 const STANDARD_INPUT: &str = "standard input";
@@ -152,6 +153,19 @@ impl Stream {
             (begin, length.is_some())
         };
         Ok(Self::of(name.to_path_buf(), begin, again))
+    }
+
+    /// A WAV file that is in memory; `name` is for messages.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn in_memory(name: PathBuf, bytes: Arc<[u8]>, known: Known) -> Result<Self, InputError> {
+        let length = Some(bytes.len() as u64);
+        let source = Box::new(io::Cursor::new(bytes));
+        match uncompressed(Format::Wav, source, length, known) {
+            Ok(begin) => Ok(Self::of(name, begin, false)),
+            Err(why) => Err(why.in_file(&name)),
+        }
     }
 
     /// What comes live, and but once.

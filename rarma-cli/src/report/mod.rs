@@ -51,6 +51,7 @@ mod words;
 pub use course::Course;
 pub use provenance::Provenance;
 pub use sound::Sound;
+pub use tables::reason_words;
 
 use crate::advice::Missing;
 use crate::failure::Failure;

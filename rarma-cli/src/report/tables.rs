@@ -93,7 +93,7 @@ fn nearest(f: f64, spindle_hz: f64) -> String {
 }
 
 /// A reason in a sentence.
-fn words_for(state: State, reason: Reason) -> &'static str {
+pub fn reason_words(state: State, reason: Reason) -> &'static str {
     match reason {
         Reason::None => match state {
             State::Chatter => "a mode is self-excited: an alarm stands",
@@ -138,7 +138,7 @@ pub(super) fn reasons(scene: &Scene<'_>) -> String {
             "<tr><td>{}</td><td>{}</td><td>{}</td></tr>\n",
             seconds(passed),
             name(state),
-            words_for(state, reason)
+            reason_words(state, reason)
         );
     }
     html.push_str("</tbody>\n</table></div>\n</section>\n");

@@ -5,6 +5,7 @@ use super::offer::{Choice, Form, Offer, choose};
 use super::ring::{Tap, ring};
 use super::{Input, Wish};
 use crate::failure::Failure;
+use crate::signals;
 use cpal::traits::{DeviceTrait, HostTrait, StreamTrait};
 use cpal::{BufferSize, Device, ErrorKind, FromSample, I24, SampleFormat, SizedSample};
 use cpal::{Stream, StreamConfig, SupportedStreamConfigRange};
@@ -80,7 +81,7 @@ pub fn open(wish: &Wish) -> Result<Live, Failure> {
     let stream = stream.map_err(|why| refused(&called, &why))?;
     let ending = Arc::clone(&signals);
     // One that cannot be set leaves the system's own: the program ends at once.
-    let _ = ctrlc::set_handler(move || {
+    let _ = signals::on_interrupt(move || {
         if ending.stop.swap(true, Ordering::Relaxed) {
             process::exit(INTERRUPTED);
         }

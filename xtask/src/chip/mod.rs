@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 use crate::arm_image::{ArmImage, Function};
 use crate::count::calls::Unwanted;
 use crate::fw::{self, Request};
-use crate::toolchain::ArmToolchain;
+use crate::toolchain::{ARM, Toolchain};
 use crate::{Failure, Result, Workspace, page, process};
 use figures::Figures;
 use model::{Model, Run};
@@ -62,7 +62,7 @@ const BRIDGE_EVERY: u32 = 48;
 ///
 /// # Errors
 /// When it does not build.
-pub fn build(workspace: &Workspace, toolchain: &ArmToolchain) -> Result<PathBuf> {
+pub fn build(workspace: &Workspace, toolchain: &Toolchain) -> Result<PathBuf> {
     process::run(&mut fw::command(
         workspace,
         toolchain,
@@ -75,7 +75,7 @@ pub fn build(workspace: &Workspace, toolchain: &ArmToolchain) -> Result<PathBuf>
 ///
 /// # Errors
 /// When the model cannot be had, the image gets stuck in it, or a duty is not in the image.
-pub fn measure(workspace: &Workspace, toolchain: &ArmToolchain, elf: &Path) -> Result<Figures> {
+pub fn measure(workspace: &Workspace, toolchain: &Toolchain, elf: &Path) -> Result<Figures> {
     let image = ArmImage::read(elf)?;
     let program = Program::read_file(elf)?;
     if let Some(name) = too_early(&image) {
@@ -165,7 +165,7 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
     {
         return benchmark::main(workspace, rest);
     }
-    let toolchain = ArmToolchain::find_or_make(workspace)?;
+    let toolchain = Toolchain::find_or_make(workspace, ARM)?;
     let (elf, arguments) = match arguments {
         [option, elf, rest @ ..] if option == "--image" => (PathBuf::from(elf), rest),
         _ => (build(workspace, &toolchain)?, arguments),

@@ -8,7 +8,7 @@ use super::calls::Unwanted;
 use super::plugin::{self, Report};
 use crate::arm_image::ArmImage;
 use crate::fw::{self, Request};
-use crate::toolchain::ArmToolchain;
+use crate::toolchain::Toolchain;
 use crate::{EMULATED_BOARD, Failure, Result, Workspace, process, qemu};
 
 /// The image's binary in the firmware package.
@@ -50,7 +50,7 @@ impl CountImage {
     ///
     /// # Errors
     /// When it does not build or lacks the marks.
-    pub fn build(workspace: &Workspace, toolchain: &ArmToolchain) -> Result<Self> {
+    pub fn build(workspace: &Workspace, toolchain: &Toolchain) -> Result<Self> {
         let mut request = Request::build(EMULATED_BOARD);
         request.cargo_arguments = vec!["--bin".to_owned(), BINARY.to_owned()];
         process::run(&mut fw::command(workspace, toolchain, &request))?;

@@ -11,7 +11,7 @@ pub mod table;
 
 use std::path::PathBuf;
 
-use crate::toolchain::ArmToolchain;
+use crate::toolchain::{ARM, Toolchain};
 use crate::{Failure, Result, Workspace, page, qemu};
 use image::CountImage;
 use table::{Row, Table};
@@ -68,7 +68,7 @@ impl Request {
 /// When the image cannot be built or run, or a count differs from the table to check.
 pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
     let request = Request::parse(arguments)?;
-    let toolchain = ArmToolchain::find_or_make(workspace)?;
+    let toolchain = Toolchain::find_or_make(workspace, ARM)?;
     eprintln!("count: {}", toolchain.description());
     qemu::ensure_installed()?;
     let image = CountImage::build(workspace, &toolchain)?;
@@ -102,7 +102,7 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
 ///
 /// # Errors
 /// When something cannot be built or run, or a kernel is unknown.
-pub fn measure_all(workspace: &Workspace, toolchain: &ArmToolchain) -> Result<Table> {
+pub fn measure_all(workspace: &Workspace, toolchain: &Toolchain) -> Result<Table> {
     let image = CountImage::build(workspace, toolchain)?;
     measure(workspace, &image, &[], toolchain.compiler_version()?)
 }

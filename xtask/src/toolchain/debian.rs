@@ -1,7 +1,7 @@
 //! A sysroot for the target, built once from Debian's compiler and its sources.
 //!
-//! Debian ships no `core` for bare-metal ARM, but the sources of its compiler's own
-//! `core`. They are compiled once into a sysroot of our own; a wrapper then calls
+//! Debian ships no libraries for bare-metal ARM and for browsers, but the sources of its
+//! compiler's own. They are compiled once into a sysroot of our own; a wrapper then calls
 //! Debian's rustc with that sysroot, so that building an image needs no unstable flag.
 //! It is built again when the compiler changes.
 
@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-use super::packages;
-use crate::{Failure, Result, TARGET, Workspace, process};
+use super::{Target, packages};
+use crate::{Failure, Result, Workspace, process};
 
 /// Compiler, cargo, the library's sources, the host's library.
 pub const PACKAGES: &[&str] = &[
@@ -32,6 +32,7 @@ const RUSTLIB: &str = "/usr/lib/rustlib";
 /// A finished sysroot.
 #[derive(Debug, Clone)]
 pub struct Sysroot {
+    target: Target,
     folder: PathBuf,
 }
 
@@ -51,7 +52,10 @@ impl Sysroot {
     }
 
     fn library(&self) -> PathBuf {
-        self.folder.join("lib/rustlib").join(TARGET).join("lib")
+        self.folder
+            .join("lib/rustlib")
+            .join(self.target.triple)
+            .join("lib")
     }
 }
 
@@ -59,8 +63,8 @@ impl Sysroot {
 ///
 /// # Errors
 /// When packages cannot be installed, do not match each other, or the build fails.
-pub fn find_or_build_sysroot(workspace: &Workspace) -> Result<Sysroot> {
-    let _lock = lock(workspace.target_dir())?;
+pub fn find_or_build_sysroot(workspace: &Workspace, target: Target) -> Result<Sysroot> {
+    let _lock = lock(workspace.target_dir(), target)?;
     packages::install(PACKAGES)?;
     check_sources_match_compiler()?;
     let linker = find_linker()?;
@@ -68,7 +72,8 @@ pub fn find_or_build_sysroot(workspace: &Workspace) -> Result<Sysroot> {
     let made_with = format!("{version}linker: {}\n", linker.display());
 
     let sysroot = Sysroot {
-        folder: workspace.target_dir().join("arm-toolchain"),
+        target,
+        folder: workspace.target_dir().join(target.folder),
     };
     if fs::read_to_string(sysroot.stamp()).is_ok_and(|stamp| stamp == made_with) {
         return Ok(sysroot);
@@ -86,8 +91,8 @@ pub fn find_or_build_sysroot(workspace: &Workspace) -> Result<Sysroot> {
 }
 
 /// Two builds at once wait for each other here until the guard is dropped.
-fn lock(folder: &Path) -> Result<File> {
-    let path = folder.join("arm-toolchain.lock");
+fn lock(folder: &Path, target: Target) -> Result<File> {
+    let path = folder.join(format!("{}.lock", target.folder));
     fs::create_dir_all(folder)
         .and_then(|()| File::create(&path))
         .and_then(|file| file.lock().map(|()| file))
@@ -127,7 +132,7 @@ fn find_linker() -> Result<PathBuf> {
         .or_else(|| process::find_program("rust-lld"))
         .or_else(|| process::find_program("lld"))
         .ok_or_else(|| {
-            Failure::new("no linker for ARM")
+            Failure::new("no linker for boards and browsers")
                 .because("neither a rustup toolchain's rust-lld nor lld is here")
                 .advise(format!("install one: {}", packages::install_line(&["lld"])))
         })
@@ -142,7 +147,10 @@ fn field<'a>(version: &'a str, name: &str) -> Result<&'a str> {
 
 fn build(sysroot: &Sysroot, host: &str, linker: &Path) -> Result<()> {
     let begun = Instant::now();
-    eprintln!("toolchain: building core and alloc for {TARGET}, once (about half a minute)");
+    let Target {
+        triple, libraries, ..
+    } = sysroot.target;
+    eprintln!("toolchain: building {libraries} for {triple}, once (about half a minute)");
     let folder = &sysroot.folder;
     if folder.exists() {
         fs::remove_dir_all(folder).map_err(|why| cannot("remove", folder, &why))?;
@@ -151,9 +159,9 @@ fn build(sysroot: &Sysroot, host: &str, linker: &Path) -> Result<()> {
     lay_out_host_side(sysroot, host, linker)?;
 
     let seed = folder.join("build");
-    build_libraries(&seed)?;
+    build_libraries(&seed, sysroot.target)?;
     copy_libraries(
-        &seed.join("target").join(TARGET).join("release/deps"),
+        &seed.join("target").join(triple).join("release/deps"),
         &sysroot.library(),
     )?;
     fs::remove_dir_all(&seed).map_err(|why| cannot("remove", &seed, &why))?;
@@ -188,8 +196,8 @@ fn lay_out_host_side(sysroot: &Sysroot, host: &str, linker: &Path) -> Result<()>
         .map_err(|why| cannot("make executable", &wrapper, &why))
 }
 
-/// Builds an empty crate whose only purpose is that cargo builds `core` and `alloc` for it.
-fn build_libraries(seed: &Path) -> Result<()> {
+/// Builds an empty crate whose only purpose is that cargo builds the libraries for it.
+fn build_libraries(seed: &Path, target: Target) -> Result<()> {
     make_folder(&seed.join("src"))?;
     write(
         &seed.join("Cargo.toml"),
@@ -204,9 +212,9 @@ fn build_libraries(seed: &Path) -> Result<()> {
             "build",
             "--quiet",
             "--release",
-            "-Zbuild-std=core,alloc",
+            &format!("-Zbuild-std={}", target.libraries),
             "--target",
-            TARGET,
+            target.triple,
         ])
         .env("CARGO_TARGET_DIR", seed.join("target"))
         .env("RUSTC", RUSTC)

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::stages::Bench;
 use super::summary::Outcome;
 use crate::arm_image::ArmImage;
-use crate::toolchain::ArmToolchain;
+use crate::toolchain::Toolchain;
 use crate::{Failure, Result, TARGET, process};
 
 /// What is meant for others; none of them needs std.
@@ -78,7 +78,7 @@ impl Program {
         Ok(Self { folder, lines })
     }
 
-    fn build(&self, bench: &Bench<'_>, toolchain: &ArmToolchain) -> Result<PathBuf> {
+    fn build(&self, bench: &Bench<'_>, toolchain: &Toolchain) -> Result<PathBuf> {
         let mut cargo = toolchain.cargo(bench.workspace);
         cargo
             .current_dir(&self.folder)

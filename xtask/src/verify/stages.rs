@@ -5,12 +5,12 @@ use std::process::Command;
 
 use super::cargo_deny::CargoDeny;
 use super::summary::Outcome;
-use super::{Request, commands, dependencies, fuzz, packed, python};
+use super::{Request, browser, commands, dependencies, fuzz, packed, python};
 use crate::chip::figures::Figures;
 use crate::chip::model::Model;
 use crate::fuzz::{long_form, targets};
 use crate::long::{self, Forms, LongForm};
-use crate::toolchain::{ArmToolchain, packages};
+use crate::toolchain::{ARM, Toolchain, packages};
 use crate::{
     EMULATED_BOARD, Failure, Result, TARGET, Workspace, chip, count, fw, page, process, qemu, sound,
 };
@@ -35,6 +35,7 @@ pub const ALL: &[(&str, Check)] = &[
     ("doc tests", doc_tests),
     ("commands of the docs", commands::check),
     ("python", python),
+    ("browser page", browser::check),
     ("fuzzing", fuzzing),
     ("long forms", long_forms),
     ("on-target tests", on_target_tests),
@@ -52,7 +53,7 @@ pub struct Bench<'a> {
     pub(super) workspace: &'a Workspace,
     request: Request,
     /// The target's toolchain, or why there is none; nothing until it has been looked for.
-    toolchain: Option<std::result::Result<ArmToolchain, String>>,
+    toolchain: Option<std::result::Result<Toolchain, String>>,
     /// The emulated board's image, once built.
     pub(super) image: Option<PathBuf>,
     /// The image for the real board and the model of its chip, once both are there.
@@ -76,8 +77,8 @@ impl<'a> Bench<'a> {
         self.request.long
     }
 
-    fn look_for_toolchain(&mut self) -> Result<ArmToolchain> {
-        let found = ArmToolchain::find_or_make(self.workspace)
+    fn look_for_toolchain(&mut self) -> Result<Toolchain> {
+        let found = Toolchain::find_or_make(self.workspace, ARM)
             .and_then(|toolchain| qemu::ensure_installed().map(|()| toolchain));
         let kept = found.clone();
         self.toolchain = Some(kept.map_err(|failure| {
@@ -92,7 +93,7 @@ impl<'a> Bench<'a> {
 
     /// The target's toolchain, or in one line why there is none. A check that runs alone looks for
     /// it itself.
-    pub(super) fn toolchain(&mut self) -> std::result::Result<ArmToolchain, String> {
+    pub(super) fn toolchain(&mut self) -> std::result::Result<Toolchain, String> {
         if self.toolchain.is_none() {
             // The reason is kept.
             let _ = self.look_for_toolchain();

@@ -7,6 +7,7 @@ use crate::collect::News;
 use crate::commands::monitor::Beside;
 use crate::controller::{ActRecord, Actor, words};
 use crate::failure::Failure;
+use crate::signals;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -39,8 +40,7 @@ impl ByClock {
         let speed_hz = Arc::new(Mutex::new(turning(&actor)));
         let interrupted = Arc::new(AtomicBool::new(false));
         let set = Arc::clone(&interrupted);
-        let handled = ctrlc::set_handler(move || set.store(true, Ordering::SeqCst));
-        handled.map_err(|why| Failure::System(format!("signals: {why}")))?;
+        signals::on_interrupt(move || set.store(true, Ordering::SeqCst))?;
         let thread = thread::spawn({
             let speed_hz = Arc::clone(&speed_hz);
             move || look_after(actor, &told, &say, &speed_hz, &interrupted)

@@ -138,6 +138,7 @@ impl Known {
             "chip" => Ok(Plan::Stage("board figures")),
             "fuzz" => Ok(Plan::Stage("fuzzing")),
             "long" => Ok(Plan::Stage("long forms")),
+            "web" => Ok(Plan::Stage("browser page")),
             "fw" => self.firmware(words, rest),
             "qemu" => match rest.first() {
                 Some(elf)
@@ -315,6 +316,7 @@ mod tests {
             ("cargo fw test", "on-target tests"),
             ("cargo xtask count", "instruction counts"),
             ("cargo xtask chip", "board figures"),
+            ("cargo xtask web --serve", "browser page"),
             ("rarma listen --list", "sound card"),
             (
                 "cargo run --release -p rarma-cli --features sound-card -- listen --rpm 1656",
