@@ -75,6 +75,8 @@ pub(super) struct Surroundings<'a, T> {
     /// The band is louder than it was, and that not because a cut has just begun, when
     /// forced lines come up as well.
     pub(super) louder: bool,
+    /// The lines go by a speed, and may call.
+    pub(super) knows_speed: bool,
     /// Time since the last decision, s.
     pub(super) period_s: T,
 }
@@ -130,7 +132,9 @@ impl<T: Real> Slot<T> {
         let here = self.at.power();
         self.steadiness.note(here, around.period_s);
         let damping = (modal.damping, sd.damping);
-        self.runaway.note(frequency, damping, here, around.period_s);
+        let knows_speed = around.knows_speed;
+        self.runaway
+            .note(frequency, damping, here, knows_speed, around.period_s);
         let steady = self.steadiness.is_steady();
         // What was taken for a mode of low damping is none if its amplitude is that of a limit
         // cycle.

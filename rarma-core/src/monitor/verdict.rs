@@ -191,10 +191,7 @@ impl<T: Real> Monitor<T> {
         let grew = mode.grew && self.idle.idle_level().is_none();
         if !self.knows_speed() {
             let is_near = |hz: T| (hz - mode.frequency).abs() < hz * T::from_f64(SAME_LINE);
-            return mode.was_damped
-                || grew
-                || runs_away
-                || self.suspected_line(false).is_some_and(is_near);
+            return lost || grew || runs_away || self.suspected_line(false).is_some_and(is_near);
         }
         let forced = self.sources.forced_at(mode.frequency);
         let is_free = forced.is_some_and(|forced| forced < T::from_f64(FREE));
@@ -254,6 +251,7 @@ impl<T: Real> Monitor<T> {
 
     /// Mode `k` as it is now, and the power at it; none for real roots.
     fn read_mode(&mut self, k: usize) -> Option<(Reading<T>, T)> {
+        let knows_speed = self.knows_speed();
         let factor = *self.identifier.factors().get(k)?;
         let slot = self.slots.get_mut(k)?;
         let Some(modal) = modal(&factor, self.fs) else {
@@ -275,6 +273,7 @@ impl<T: Real> Monitor<T> {
                 config: self.alarm.config(),
                 idle_known: self.idle.idle_level().is_some(),
                 louder: self.onset.is_louder(self.rest_power) && !self.spindle.is_entering(),
+                knows_speed,
                 period_s: self.period_s,
             };
             slot.read(&modal, &sd, &around)
