@@ -95,6 +95,11 @@ impl<T: Real> Verdict<T> {
         Some(sum)
     }
 
+    /// The band's power is at least this part of the loudest that was heard.
+    pub(crate) fn is_loud(&self, part: T) -> bool {
+        self.frame.total > self.loudest * part
+    }
+
     /// Whether the speed is looked for anew.
     fn follow_speed(&mut self, explained: T) -> bool {
         let mut gliding = T::ZERO;
