@@ -29,6 +29,7 @@
 mod ar;
 mod arx;
 mod arx_fit;
+mod before;
 mod block;
 mod bound;
 mod criteria;
@@ -69,6 +70,7 @@ mod lines_tests;
 pub use ar::{ArFit, yule_walker};
 pub use arx::{arx, arx_instruments};
 pub use arx_fit::{ArxFit, ArxOrder, Response};
+pub use before::{Before, earlier_errors};
 pub use bound::Bound;
 pub use criteria::Criteria;
 pub use delta::PoleDeviation;
