@@ -12,13 +12,18 @@ from __future__ import annotations
 import contextlib
 import io
 import logging
+import os
 import sys
 import time
 import warnings
 from importlib.metadata import version
 
-import numpy as np
-import rarma
+# One thread each: seconds are those of one core.
+for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "RAYON_NUM_THREADS"):
+    os.environ.setdefault(name, "1")
+
+import numpy as np  # noqa: E402
+import rarma  # noqa: E402
 
 FS = 100.0
 ORDER, ROWS, STRETCHES = 10, 20, 100
