@@ -39,7 +39,7 @@ pub enum ChannelError {
         /// Its name.
         setting: &'static str,
     },
-    /// The order is 0, odd orders apart, or above what so many rows and channels hold.
+    /// The order is 0, or above what so many rows and channels hold.
     Order {
         /// Largest one.
         most: usize,
