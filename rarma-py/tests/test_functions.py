@@ -159,10 +159,8 @@ def test_identify_channels(command, tmp_path):
     first, second = vibration(MODES[:1], 8000), vibration(MODES[1:2], 8000, seed=2)
     x = np.column_stack([first + second, first - 0.5 * second])
     path = tmp_path / "x.csv"
-    np.savetxt(path, x, delimiter=",", fmt="%.17g", header=f"fs = {FS:.0f}\na,b", comments="# ")
-    lines = path.read_text().splitlines()
-    # Names without the sign of a comment.
-    path.write_text("\n".join([lines[0], "a,b", *lines[2:]]) + "\n")
+    rows = np.column_stack([np.arange(len(x)) / FS, x])
+    np.savetxt(path, rows, delimiter=",", fmt="%.17g", header="time,a,b", comments="")
     found = rarma.identify_channels(x, FS, 4, references=[1], rows=15, stretches=50, band_hz="full")
     words = ["--channels", "all", "--references", 1, "--rows", 15, "--stretches", 50]
     said = command.json("identify", path, "--order", "4,0", "--band", "full", *words)

@@ -13,6 +13,7 @@ __all__ = [
     "RecursiveArma",
     "decode",
     "identify",
+    "identify_channels",
     "lobes",
     "order",
     "psd",
