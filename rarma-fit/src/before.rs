@@ -7,7 +7,7 @@
 //! three modes below it.
 
 use super::error::FitError;
-use super::prediction::Orders;
+use super::prediction::{Orders, sum_of_squares};
 use super::series::Series;
 use super::triangle::Triangle;
 use rarma_core::real::Real;
@@ -90,6 +90,18 @@ pub(super) fn errors_before<T: Real, const N: usize>(
         }
     }
     triangle.solve().unwrap_or([T::ZERO; N])
+}
+
+/// Σ e² from sample p on, and of the errors before it.
+pub(super) fn cost<T: Real, const N: usize>(
+    series: &Series<'_, T>,
+    order: Orders,
+    theta: &[T; N],
+    before: Before,
+) -> T {
+    let before = errors_before(series, order, theta, before);
+    let own: T = before.iter().map(|x| *x * *x).sum();
+    sum_of_squares(series, order, theta, &before) + own
 }
 
 /// The errors before the first of a model that is given: e(p−1), e(p−2) … e(p−q), input units, for

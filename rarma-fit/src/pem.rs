@@ -1,7 +1,7 @@
 //! Prediction-error ARMA over a whole series, conditional on its first samples.
 
 use super::ar::{check_order, yule_walker};
-use super::before::{Before, errors_before};
+use super::before::{Before, cost, errors_before};
 use super::error::FitError;
 use super::fit::ArmaFit;
 use super::lattice::burg_of;
@@ -108,18 +108,6 @@ struct Conditional<'a, T> {
     order: Orders,
     radius: T,
     before: Before,
-}
-
-/// Σ e² from sample p on, and of the errors before it.
-pub(super) fn cost<T: Real, const N: usize>(
-    series: &Series<'_, T>,
-    order: Orders,
-    theta: &[T; N],
-    before: Before,
-) -> T {
-    let before = errors_before(series, order, theta, before);
-    let own: T = before.iter().map(|x| *x * *x).sum();
-    sum_of_squares(series, order, theta, &before) + own
 }
 
 impl<T: Real, const N: usize> Problem<T, N> for Conditional<'_, T> {

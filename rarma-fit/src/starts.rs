@@ -7,9 +7,8 @@
 //! efficient one whatever the first C was, so what is left for the search is small.
 
 use super::ar::ArFit;
-use super::before::Before;
+use super::before::{Before, cost};
 use super::block::Collected;
-use super::pem::cost;
 use super::polynomial::reflect;
 use super::prediction::Orders;
 use super::series::Series;
