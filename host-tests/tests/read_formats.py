@@ -17,7 +17,9 @@ else:
     import pyuff
 
     out = []
-    for entry in pyuff.UFF(path).read_sets():
+    sets = pyuff.UFF(path).read_sets()
+    # One alone comes as itself.
+    for entry in [sets] if isinstance(sets, dict) else sets:
         out.append(
             {
                 "func_type": int(entry["func_type"]),
