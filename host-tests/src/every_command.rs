@@ -85,9 +85,44 @@ pub fn cases() -> Vec<Case> {
         ),
         case("identify", "IN/sound.wav --order 2,1", &[]),
         case("identify", "IN/sound.wav --order 2,1 --json", &[]),
+        case(
+            "identify",
+            "IN/sound.wav --channels all --order 2,0 --rows 10",
+            &[],
+        ),
+        case(
+            "identify",
+            "IN/sound.wav --order 2,1 --report OUT/page",
+            &["page/index.html"],
+        ),
+        case(
+            "identify",
+            "IN/sound.wav --channels all --order 2,0 --report OUT/page",
+            &["page/index.html"],
+        ),
         case("order", "IN/sound.wav --max 2", &[]),
+        case(
+            "order",
+            "IN/sound.wav --max 2 --report OUT/page",
+            &["page/index.html"],
+        ),
         case("psd", "IN/sound.wav --method welch", &[]),
         case("psd", "IN/sound.wav --method welch --json", &[]),
+        case(
+            "psd",
+            "IN/sound.wav --method welch --out OUT/psd.uff",
+            &["psd.uff"],
+        ),
+        case(
+            "convert",
+            "IN/sound.wav --out OUT/sound.mat",
+            &["sound.mat"],
+        ),
+        case(
+            "convert",
+            "IN/sound.wav --unit Pa --out OUT/sound.uff",
+            &["sound.uff"],
+        ),
         case(
             "lobes",
             "turning-980 --speeds 2 --report OUT/page",
@@ -99,6 +134,7 @@ pub fn cases() -> Vec<Case> {
             "turning-980 --out OUT/cut.wav --truth OUT/cut.json",
             &["cut.wav", "cut.json"],
         ),
+        case("simulate", "turning-980 --out OUT/cut.mat", &["cut.mat"]),
         case("simulate", "--list", &[]),
         case("simulate", "--schema", &[]),
         case(

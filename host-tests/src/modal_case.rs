@@ -67,6 +67,16 @@ impl Case {
         }
     }
 
+    /// Four modes of one damping ratio, the nearest two 250 Hz apart, in noise: what is before the
+    /// record is a thousandfold in it there.
+    #[must_use]
+    pub fn four_close_in_noise(snr_db: f64) -> Self {
+        Self {
+            modes: vec![(F, 0.02), (450.0, 0.02), (1600.0, 0.02), (700.0, 0.02)],
+            snr_db: Some(snr_db),
+        }
+    }
+
     /// The generator; every mode has variance 1.
     ///
     /// # Panics

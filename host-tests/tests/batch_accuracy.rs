@@ -14,8 +14,8 @@ use rarma_fit::{Bound, Pem, PemConfig};
 use std::time::Instant;
 
 const SEEDS: u64 = 40;
-/// No estimator is better than the bound but by chance.
-const LOW: f64 = 0.8;
+/// No estimator is better than the bound but by chance: two sampling errors of 40 seeds and a little.
+const LOW: f64 = 0.75;
 /// A tenth above the bound, and twice the sampling error of 40 seeds.
 const NEAR: f64 = 1.1 * (1.0 + 2.0 * ERROR_OF_40);
 /// A quarter above the bound, and the scatter: four modes.
@@ -127,6 +127,7 @@ fn measurement_noise_is_modelled() {
 #[test]
 fn measurement_noise_on_four_modes_is_modelled() {
     check([Case::of(4, 0.02, Some(20.0))]);
+    check([30.0, 20.0, 10.0].map(Case::four_close_in_noise));
 }
 
 #[test]

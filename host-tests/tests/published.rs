@@ -6,7 +6,7 @@
 
 use host_tests::resources;
 use rarma_fit::{
-    FitError, Ml, MlConfig, Pem, PemConfig, burg, innovations_algorithm, likelihood, mean,
+    Before, FitError, Ml, MlConfig, Pem, PemConfig, burg, innovations_algorithm, likelihood, mean,
     yule_walker,
 };
 use serde_json::Value;
@@ -113,8 +113,16 @@ fn ml(y: &[f64], p: usize, q: usize) -> Result<Model, FitError> {
     })
 }
 
+/// As the statistics packages take the errors before the first.
+fn conditional() -> PemConfig<f64> {
+    PemConfig {
+        before: Before::Zero,
+        ..PemConfig::default()
+    }
+}
+
 fn pem(y: &[f64], p: usize, q: usize) -> Result<Model, FitError> {
-    let fit = Pem::new(PemConfig::default())?.fit::<N>(y, p, q)?;
+    let fit = Pem::new(conditional())?.fit::<N>(y, p, q)?;
     Ok(Model {
         log_likelihood: Some(fit.log_likelihood()),
         ..Model::of("Pem", fit.a(), fit.c(), fit.sigma2())
@@ -142,7 +150,7 @@ fn fits(method: &str, y: &[f64], p: usize, q: usize) -> Result<Vec<Model>, FitEr
             )]
         }
         "Hannan-Rissanen" => {
-            let fit = Pem::new(PemConfig::default())?.hannan_rissanen::<N>(y, p, q, 22)?;
+            let fit = Pem::new(conditional())?.hannan_rissanen::<N>(y, p, q, 22)?;
             vec![Model::of("hannan_rissanen", fit.a(), fit.c(), fit.sigma2())]
         }
         "CSS" => vec![pem(y, p, q)?],

@@ -4,6 +4,8 @@ mod act;
 mod advise;
 mod band;
 mod cers;
+mod channels;
+mod convert;
 mod els;
 mod examples;
 mod files;
@@ -21,6 +23,8 @@ pub use act::{ActArgs, USUAL_LIMITS, Which};
 pub use advise::{AdviseArgs, USUAL_REACH};
 pub use band::{BandArgs, BandChoice, FULL_UP_TO_HZ};
 pub use cers::{CersAnalyseArgs, CersCommand, CersRunArgs, KindArg, ReadingArgs};
+pub use channels::{ChannelArgs, ChannelSet};
+pub use convert::ConvertArgs;
 pub use els::{
     CutArgs, ElsCommand, ElsFitArgs, ElsHammerArgs, ElsLimitArgs, ElsModelArgs, OutArgs,
 };
@@ -113,6 +117,8 @@ pub enum Command {
     Order(OrderArgs),
     /// Power spectral density of a recording.
     Psd(PsdArgs),
+    /// A recording to a format of other programs: CSV, universal file, MATLAB.
+    Convert(ConvertArgs),
     /// Stability lobes of scenarios: limit depth and chatter frequency over speed.
     Lobes(LobesArgs),
     /// Cut virtually: a scenario to a recording and what is true of it.
@@ -153,7 +159,7 @@ pub enum Command {
 /// What a file is.
 #[derive(Debug, Clone, Args)]
 pub struct InputArgs {
-    /// WAV (PCM 8/16/24/32, float), .m4a, .mp4, .mov, .mp3, .flac, .ogg, CSV, or raw .f32/.f64
+    /// WAV (PCM 8/16/24/32, float), .m4a, .mp4, .mov, .mp3, .flac, .ogg, CSV, .uff, or raw .f32/.f64
     /// (little endian, with --fs); `-` for WAV from standard input, or raw samples with --raw.
     pub input: PathBuf,
     /// Channel, counted from 0.

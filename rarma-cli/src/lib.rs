@@ -33,6 +33,7 @@ pub mod commands;
 pub mod controller;
 pub mod ear;
 pub mod els;
+pub mod export;
 pub mod failure;
 pub mod frames;
 pub mod input;

@@ -322,3 +322,40 @@ fn refuse_by_cause() {
         assert_eq!(Ml::new(config).err(), Some(FitError::OutOfRange));
     }
 }
+
+/// Whatever becomes of the other starts: the sum of squares is not above that of the model where one
+/// pass of the recursion ends, not even after a single linearisation.
+#[test]
+fn never_above_the_recursion() {
+    use rarma_core::estimate::{BoundedArma, RarmaConfig};
+    let poles = [(0.98, 0.57), (0.98, 0.88), (0.975, 1.23), (0.97, 2.0)];
+    let zeros = [(0.9, 0.6), (0.86, 0.92), (0.9, 1.25), (0.74, 2.0)];
+    let (a, c) = (pairs(&poles), pairs(&zeros));
+    for seed in 0..6 {
+        let y = arma(&a, &c, 3000, 70 + seed);
+        let config = RarmaConfig {
+            forgetting: 1.0,
+            ..RarmaConfig::default()
+        };
+        let mut recursion = BoundedArma::new(8, 8, config).expect("an order");
+        for y in &y {
+            recursion.update(*y);
+        }
+        recursion.finish_start();
+        let theta: Vec<f64> = recursion.a().iter().chain(recursion.c()).copied().collect();
+        let config = |iterations| PemConfig {
+            iterations,
+            restarts: 0,
+            ..PemConfig::default()
+        };
+        let one = Pem::new(config(1)).expect("valid");
+        let from = one.fit_from::<16>(&y, 8, 8, &theta).expect("a model");
+        let found = one.fit::<16>(&y, 8, 8).expect("a model");
+        assert!(
+            found.sigma2() <= from.sigma2() * (1.0 + 1e-9),
+            "seed {seed}: {} above {}",
+            found.sigma2(),
+            from.sigma2()
+        );
+    }
+}

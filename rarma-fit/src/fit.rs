@@ -16,6 +16,8 @@ pub struct ArmaFit<T, const N: usize> {
     pub(super) samples: usize,
     pub(super) covariance: [[T; N]; N],
     pub(super) log_likelihood: T,
+    /// e(p−1), e(p−2) … as the fit took them, input units.
+    pub(super) before: [T; N],
     pub(super) iterations: u32,
     pub(super) converged: bool,
 }
@@ -74,15 +76,16 @@ impl<T: Real, const N: usize> ArmaFit<T, N> {
         pole_deviation(self.a(), &self.covariance, re, im, fs)
     }
 
-    /// Prediction errors e(t) from t = p on, e = 0 before: what a test of
-    /// whiteness is given. The same series as the fit, or another.
+    /// Prediction errors e(t) from t = p on, those before as the fit took them: what a test of
+    /// whiteness is given. The same series as the fit, or another, in whose first residuals those
+    /// before are not its own.
     pub fn residuals<'a>(&self, y: &'a [T]) -> Residuals<'a, T, N> {
         Residuals {
             y,
             mean: self.mean,
             order: self.order,
             theta: self.theta,
-            past: [T::ZERO; N],
+            past: self.before,
             t: self.order.p,
         }
     }

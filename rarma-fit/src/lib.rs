@@ -18,7 +18,9 @@
 //! * what is possible: [`Bound`]; which order: [`Criteria`], [`stabilise`]; is anything left
 //!   over: [`Whiteness`];
 //! * power spectral density: [`model_density`], [`welch_density`], [`windowed_density`];
-//! * linear least squares, one row at a time: [`Triangle`].
+//! * linear least squares, one row at a time: [`Triangle`];
+//! * several sensors at once, with mode shapes: `Subspace`, with the feature `channels`, which
+//!   allocates.
 //!
 //! Words: *residual*, the one-step prediction error of the fitted model;
 //! *reflection coefficient*, the last coefficient of the model of each order;
@@ -26,11 +28,17 @@
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "channels")]
+extern crate alloc;
+
 mod ar;
 mod arx;
 mod arx_fit;
+mod before;
 mod block;
 mod bound;
+#[cfg(feature = "channels")]
+mod channels;
 mod criteria;
 mod delta;
 mod density;
@@ -69,7 +77,10 @@ mod lines_tests;
 pub use ar::{ArFit, yule_walker};
 pub use arx::{arx, arx_instruments};
 pub use arx_fit::{ArxFit, ArxOrder, Response};
+pub use before::{Before, earlier_errors};
 pub use bound::Bound;
+#[cfg(feature = "channels")]
+pub use channels::{ChannelError, ChannelMode, ShapePart, Subspace, SubspaceConfig, mac};
 pub use criteria::Criteria;
 pub use delta::PoleDeviation;
 pub use density::{model_density, welch_density, windowed_density};

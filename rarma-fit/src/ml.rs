@@ -375,6 +375,7 @@ impl<T: Real> Ml<T> {
             samples: n,
             covariance,
             log_likelihood,
+            before: [T::ZERO; N],
             iterations: found.iterations,
             converged: found.converged,
         })

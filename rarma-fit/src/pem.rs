@@ -1,6 +1,7 @@
 //! Prediction-error ARMA over a whole series, conditional on its first samples.
 
 use super::ar::{check_order, yule_walker};
+use super::before::{Before, cost, errors_before};
 use super::error::FitError;
 use super::fit::ArmaFit;
 use super::lattice::burg_of;
@@ -9,7 +10,7 @@ use super::polynomial::shrink;
 use super::prediction::{Orders, sensitivities, sum_of_squares};
 use super::regression::{instruments, least_squares};
 use super::series::{Series, count};
-use super::starts::{Innovations, Round, refine, round};
+use super::starts::{Innovations, Round, from_recursion, refine, round};
 use super::triangle::Triangle;
 use rarma_core::real::Real;
 
@@ -21,11 +22,13 @@ pub struct PemConfig<T> {
     pub tolerance: T,
     /// Most linearisations per start, 1..=10000. Default 60.
     pub iterations: u32,
-    /// Starts besides the three deterministic ones: the best model, moved at random by some
+    /// Starts besides the four deterministic ones: the best model, moved at random by some
     /// tens of standard deviations. 0..=1000, default 2.
     pub restarts: u32,
     /// Largest radius of the roots of C, 0.5..=1. Default 0.9999.
     pub c_radius: T,
+    /// What the prediction errors before the first one are taken for. Default: estimated.
+    pub before: Before,
 }
 
 impl<T: Real> Default for PemConfig<T> {
@@ -35,6 +38,7 @@ impl<T: Real> Default for PemConfig<T> {
             iterations: 60,
             restarts: 2,
             c_radius: T::from_f64(0.9999),
+            before: Before::Estimated,
         }
     }
 }
@@ -52,19 +56,22 @@ impl<T: Real> PemConfig<T> {
 /// Batch prediction-error estimator of an ARMA(p, q) model.
 ///
 /// ```text
-/// e(t) = y(t) + Σ aᵢ y(t−i) − Σ cⱼ e(t−j),  t ≥ p,  e = 0 before;    min over a, c of Σ e²
+/// e(t) = y(t) + Σ aᵢ y(t−i) − Σ cⱼ e(t−j),  t ≥ p;    min over a, c, e(p−1)…e(p−q) of Σ e²
 /// ∂e/∂aᵢ = y(t−i)/C,   ∂e/∂cⱼ = −e(t−j)/C
 /// ```
 ///
 /// Sign convention: A(q)·y = C(q)·e with A = 1 + Σ aᵢ q⁻ⁱ and C = 1 + Σ cᵢ q⁻ⁱ, both
 /// plus; a textbook y = Σ φᵢ y(t−i) + e + Σ θⱼ e(t−j) has aᵢ = −φᵢ, cⱼ = θⱼ. This is
-/// the "conditional sum of squares" of the statistics packages.
+/// the "conditional sum of squares" of the statistics packages, where `before` is
+/// [`Before::Zero`]; the default estimates the q errors before the first with it, which four close
+/// modes need.
 ///
 /// Search: Levenberg–Marquardt on a triangular factor of the derivatives, which are
 /// made anew in each pass over the series, so memory does not grow with it. C is
-/// kept inside `c_radius`. Starts: innovations of two long autoregressions (Burg,
+/// kept inside `c_radius`. Starts: where one pass of the recursion ends, so that the sum of
+/// squares is never above that of its model; innovations of two long autoregressions (Burg,
 /// two lengths) with repeated filtering, the same begun from instrumental
-/// variables, and random restarts from the best; the least sum of squares wins.
+/// variables; and random restarts from the best. The least sum of squares wins.
 ///
 /// Covariance of θ: σ²·(JᵀJ)⁻¹ with σ² = Σe²/(n − p − (p+q)).
 ///
@@ -100,6 +107,7 @@ struct Conditional<'a, T> {
     series: &'a Series<'a, T>,
     order: Orders,
     radius: T,
+    before: Before,
 }
 
 impl<T: Real, const N: usize> Problem<T, N> for Conditional<'_, T> {
@@ -115,12 +123,14 @@ impl<T: Real, const N: usize> Problem<T, N> for Conditional<'_, T> {
     }
 
     fn cost(&self, theta: &[T; N]) -> T {
-        sum_of_squares(self.series, self.order, theta)
+        cost(self.series, self.order, theta, self.before)
     }
 
     fn linearise(&self, theta: &[T; N]) -> Triangle<T, N> {
         let mut triangle = Triangle::new(self.order.n());
-        sensitivities(self.series, self.order, theta, |block| {
+        // They are the best for θ: with them held the gradient of the sum is whole.
+        let before = errors_before(self.series, self.order, theta, self.before);
+        sensitivities(self.series, self.order, theta, &before, |block| {
             triangle.add_block(block);
         });
         triangle
@@ -187,14 +197,17 @@ impl<T: Real> Pem<T> {
                 best = Some(found);
             }
         };
+        if let Some(start) = from_recursion::<T, N>(series, order, self.config.c_radius) {
+            consider(self.search(series, order, start));
+        }
         let lengths = long_orders(series.len(), p, q);
         for (k, length) in lengths.into_iter().enumerate() {
             let Ok(long) = burg_of::<T, { super::LONGEST_AR }>(series, length) else {
                 continue;
             };
             let long = Innovations::of(&long);
-            let radius = self.start_radius();
-            if let Some((start, _)) = refine::<T, N>(series, &long, order, None, radius) {
+            let within = (self.start_radius(), self.config.before);
+            if let Some((start, _)) = refine::<T, N>(series, &long, order, None, within) {
                 consider(self.search(series, order, start));
             }
             if k > 0 || p == 0 {
@@ -203,7 +216,7 @@ impl<T: Real> Pem<T> {
             // Three times as many equations as unknowns, as the series allows.
             let lags = (3 * p).min(series.len() - q - p - 1);
             if let Ok(iv) = instruments::<T, N>(series, p, q, lags)
-                && let Some((start, _)) = refine::<T, N>(series, &long, order, Some(iv.a()), radius)
+                && let Some((start, _)) = refine::<T, N>(series, &long, order, Some(iv.a()), within)
             {
                 consider(self.search(series, order, start));
             }
@@ -292,6 +305,7 @@ impl<T: Real> Pem<T> {
             series,
             order,
             radius: self.config.c_radius,
+            before: self.config.before,
         }
     }
 
@@ -350,11 +364,13 @@ impl<T: Real> Pem<T> {
         let samples = series.len() - order.p;
         let triangle = self.problem(series, order).linearise(&found.theta);
         let mut covariance = triangle.inverse_normal().ok_or(FitError::Singular)?;
-        let variance = found.cost / count(samples - n);
+        let before = errors_before(series, order, &found.theta, self.config.before);
+        let sum = sum_of_squares(series, order, &found.theta, &before);
+        let variance = sum / count(samples - n);
         for x in covariance.iter_mut().flatten() {
             *x *= variance;
         }
-        let sigma2 = found.cost / count(samples);
+        let sigma2 = sum / count(samples);
         let two_pi = T::from_f64(2.0) * T::PI;
         let log_variance = (two_pi * sigma2).ln() + T::from_f64(2.0) * series.scale().ln();
         Ok(ArmaFit {
@@ -365,6 +381,7 @@ impl<T: Real> Pem<T> {
             samples,
             covariance,
             log_likelihood: -count::<T>(samples) * T::from_f64(0.5) * (log_variance + T::ONE),
+            before: before.map(|x| x * series.scale()),
             iterations: found.iterations,
             converged: found.converged,
         })

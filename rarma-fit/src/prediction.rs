@@ -50,6 +50,15 @@ impl<T: Real, const N: usize> Line<T, N> {
         }
     }
 
+    /// After samples of which the latest comes first.
+    fn after(before: &[T; N]) -> Self {
+        let mut out = Self::new();
+        for (past, x) in out.past.iter_mut().rev().zip(before) {
+            *past = *x;
+        }
+        out
+    }
+
     /// Sample k − back of this block, back ≤ `N`.
     #[inline(always)]
     fn at(&self, k: usize, back: usize) -> T {
@@ -85,15 +94,16 @@ impl<T: Real, const N: usize> Line<T, N> {
     }
 }
 
-/// Σ over t ≥ p of e(t)², with e = 0 before p (conditional on the first samples).
+/// Σ over t ≥ p of e(t)², conditional on the first p samples, with `before` = e(p−1), e(p−2) …
 pub(super) fn sum_of_squares<T: Real, const N: usize>(
     series: &Series<'_, T>,
     order: Orders,
     theta: &[T; N],
+    before: &[T; N],
 ) -> T {
     let mut sum = Accumulator::default();
     let (a, c) = theta[..order.n()].split_at(order.p);
-    let mut e = Line::<T, N>::new();
+    let mut e = Line::after(before);
     let mut from = order.p;
     while from < series.len() {
         let rows = ROWS.min(series.len() - from);
@@ -119,22 +129,23 @@ fn moved<T: Real>(series: &Series<'_, T>, a: &[T], t: usize) -> T {
 }
 
 /// Calls `each` with blocks of equations ∂e/∂θ·δ = −e for t ≥ p, which it may use up; the
-/// derivatives are exact, start included.
+/// derivatives are exact, start included, for `before` = e(p−1), e(p−2) … as they are.
 ///
-/// ∂e/∂c_j is ∂e/∂c₁ shifted, because e is 0 before p. ∂e/∂aᵢ shifted by one sample
-/// misses only what y(p−1−i) puts in at t = p: that times the impulse response h of
-/// 1/C is added, so one filter serves all i and the state stays O(p + q).
+/// ∂e/∂aᵢ shifted by one sample misses only what y(p−1−i) puts in at t = p, and ∂e/∂cⱼ what
+/// e(p−j) does: that times the impulse response h of 1/C is added, so one filter serves all i,
+/// one all j, and the state stays O(p + q).
 pub(super) fn sensitivities<T: Real, const N: usize>(
     series: &Series<'_, T>,
     order: Orders,
     theta: &[T; N],
+    before: &[T; N],
     mut each: impl FnMut(&mut Block<T, N>),
 ) {
     let Orders { p, q } = order;
     let (a, c) = theta[..p + q].split_at(p);
-    let (mut e, mut h) = (Line::<T, N>::new(), Line::<T, N>::new());
+    let (mut e, mut h) = (Line::after(before), Line::<T, N>::new());
     let (mut by_a, mut by_c) = (Line::<T, N>::new(), Line::<T, N>::new());
-    // The last row of the columns for a of the block before.
+    // The last row of the columns of the block before.
     let mut last = [T::ZERO; N];
     let mut from = p;
     while from < series.len() {
@@ -148,22 +159,24 @@ pub(super) fn sensitivities<T: Real, const N: usize>(
                 // ∂e/∂c₁ = −e(t−1)/C.
                 by_c.now[k] = by_c.feed_back(c, k, -e.at(k, 1));
             }
+            let impulse = if t == p { T::ONE } else { T::ZERO };
+            h.now[k] = h.feed_back(c, k, impulse);
             if p > 0 {
-                let impulse = if t == p { T::ONE } else { T::ZERO };
-                h.now[k] = h.feed_back(c, k, impulse);
                 by_a.now[k] = by_a.feed_back(c, k, series.at(t - 1));
             }
         }
-        for (j, column) in block.columns[p..p + q].iter_mut().enumerate() {
-            for (k, x) in column[..rows].iter_mut().enumerate() {
-                *x = by_c.at(k, j);
-            }
+        if q > 0 {
+            block.columns[p][..rows].copy_from_slice(&by_c.now[..rows]);
         }
         if p > 0 {
             block.columns[0][..rows].copy_from_slice(&by_a.now[..rows]);
         }
-        for i in 1..p {
-            let y = series.at(p - 1 - i);
+        for i in (1..p).chain(p + 1..p + q) {
+            let y = if i < p {
+                series.at(p - 1 - i)
+            } else {
+                -before[i - p]
+            };
             let (before, column) = block.columns.split_at_mut(i);
             let (before, column) = (&before[i - 1], &mut column[0]);
             column[0] = last[i - 1] + h.now[0] * y;
@@ -171,7 +184,7 @@ pub(super) fn sensitivities<T: Real, const N: usize>(
                 *x = *before + *h * y;
             }
         }
-        for (last, column) in last[..p].iter_mut().zip(&block.columns) {
+        for (last, column) in last[..p + q].iter_mut().zip(&block.columns) {
             *last = column[ROWS - 1];
         }
         each(&mut block);
@@ -222,9 +235,11 @@ mod tests {
         for (p, q) in [(3, 2), (1, 4), (0, 2), (4, 0), (2, 2)] {
             let order = Orders { p, q };
             let theta: [f64; 6] = core::array::from_fn(|i| 0.3 - 0.13 * i as f64);
+            let before: [f64; 6] =
+                core::array::from_fn(|i| if i < q { 0.7 - i as f64 } else { 0.0 });
             let mut rows = [(0.0, [0.0; 6]); 60];
             let mut t = p;
-            sensitivities(&series, order, &theta, |block| {
+            sensitivities(&series, order, &theta, &before, |block| {
                 for k in 0..ROWS.min(60 - t) {
                     rows[t] = (-block.right[k], block.columns.map(|column| column[k]));
                     t += 1;
@@ -232,14 +247,14 @@ mod tests {
             });
             assert_eq!(t, 60);
             let total: f64 = rows.iter().map(|(e, _)| e * e).sum();
-            assert!((total - sum_of_squares(&series, order, &theta)).abs() < 1e-10);
+            assert!((total - sum_of_squares(&series, order, &theta, &before)).abs() < 1e-10);
             for i in 0..p + q {
                 let mut sides = [[0.0; 60]; 2];
                 for (side, h) in sides.iter_mut().zip([1e-6, -1e-6]) {
                     let mut moved = theta;
                     moved[i] += h;
                     let mut t = p;
-                    sensitivities(&series, order, &moved, |block| {
+                    sensitivities(&series, order, &moved, &before, |block| {
                         for k in 0..ROWS.min(60 - t) {
                             side[t] = -block.right[k];
                             t += 1;

@@ -7,11 +7,14 @@
 //! efficient one whatever the first C was, so what is left for the search is small.
 
 use super::ar::ArFit;
+use super::before::{Before, cost};
 use super::block::Collected;
 use super::polynomial::reflect;
-use super::prediction::{Orders, sum_of_squares};
+use super::prediction::Orders;
 use super::series::Series;
 use super::subspace::lines;
+use rarma_core::estimate::schur::inside;
+use rarma_core::estimate::{BoundedArma, RarmaConfig};
 use rarma_core::real::Real;
 use rarma_core::spectrum::{FactorTracker, Roots};
 
@@ -126,7 +129,7 @@ pub(super) fn refine<T: Real, const N: usize>(
     long: &Innovations<T>,
     order: Orders,
     given: Option<&[T]>,
-    radius: T,
+    (radius, before_first): (T, Before),
 ) -> Option<([T; N], T)> {
     let Orders { p, q } = order;
     let mut before = [T::ZERO; N];
@@ -142,7 +145,7 @@ pub(super) fn refine<T: Real, const N: usize>(
         };
         reflect::<T, N>(&mut theta[p..p + q], radius);
         before[..q].copy_from_slice(&theta[p..p + q]);
-        let cost = sum_of_squares(series, order, &theta);
+        let cost = cost(series, order, &theta, before_first);
         if !cost.is_finite() {
             break;
         }
@@ -155,6 +158,36 @@ pub(super) fn refine<T: Real, const N: usize>(
         last = cost;
     }
     best
+}
+
+/// Where one pass of the recursion ends, without forgetting: it finds its way past minima that hold
+/// a search, for its gradient is a new one at every sample. A root of C outside of `radius` is
+/// brought inside. None above the recursion's orders.
+pub(super) fn from_recursion<T: Real, const N: usize>(
+    series: &Series<'_, T>,
+    order: Orders,
+    radius: T,
+) -> Option<[T; N]> {
+    let config = RarmaConfig {
+        forgetting: T::ONE,
+        ..RarmaConfig::default()
+    };
+    let mut model = BoundedArma::new(order.p, order.q, config)?;
+    for t in 0..series.len() {
+        model.update(series.at(t));
+    }
+    model.finish_start();
+    let mut theta = [T::ZERO; N];
+    theta[..order.p].copy_from_slice(model.a());
+    theta[order.p..order.n()].copy_from_slice(model.c());
+    if !theta.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    let c = &mut theta[order.p..order.n()];
+    if !inside::<T, N>(c, radius) {
+        reflect::<T, N>(c, radius);
+    }
+    Some(theta)
 }
 
 /// Half the window of the subspace at a start.

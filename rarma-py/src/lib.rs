@@ -3,6 +3,7 @@
 
 mod array;
 mod batch;
+mod channels;
 mod error;
 mod estimator;
 mod frames;
@@ -22,6 +23,8 @@ use pyo3::prelude::*;
 mod _rarma {
     #[pymodule_export]
     use crate::batch::{identify, order, psd};
+    #[pymodule_export]
+    use crate::channels::identify_channels;
     #[pymodule_export]
     use crate::frames::decode;
     #[pymodule_export]

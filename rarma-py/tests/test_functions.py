@@ -152,3 +152,22 @@ def test_bad_arguments_say_what_and_where(x, says, call):
 def test_a_band_that_is_none_is_of_the_wrong_type(x):
     with pytest.raises(TypeError, match="band_hz: 300 is no band"):
         rarma.identify(x, FS, (2, 1), band_hz=300)
+
+
+def test_identify_channels(command, tmp_path):
+    """Two sensors in a CSV and in an array."""
+    first, second = vibration(MODES[:1], 8000), vibration(MODES[1:2], 8000, seed=2)
+    x = np.column_stack([first + second, first - 0.5 * second])
+    path = tmp_path / "x.csv"
+    rows = np.column_stack([np.arange(len(x)) / FS, x])
+    np.savetxt(path, rows, delimiter=",", fmt="%.17g", header="time,a,b", comments="")
+    found = rarma.identify_channels(x, FS, 4, references=[1], rows=15, stretches=50, band_hz="full")
+    words = ["--channels", "all", "--references", 1, "--rows", 15, "--stretches", 50]
+    said = command.json("identify", path, "--order", "4,0", "--band", "full", *words)
+    assert found == said
+    assert [round(mode["f"], -2) for mode in found["modes"]] == [700, 1300]
+    for wrong in (first, x.astype(int), x[:, :0]):
+        with pytest.raises((TypeError, ValueError), match="x: "):
+            rarma.identify_channels(wrong, FS, 4)
+    with pytest.raises(ValueError, match="order"):
+        rarma.identify_channels(x, FS, 0)

@@ -86,13 +86,21 @@ const EXAMPLES: &[(&[&str], &[Example])] = &[
                 "What `monitor --structure` reads",
                 "rarma identify hammer.wav --order 6,5 --json",
             ),
+            (
+                "The same beside other orders and methods, in pictures",
+                "rarma identify cut.wav --order 8,7 --report page/",
+            ),
+            (
+                "Modes and their shapes from all sensors of a file",
+                "rarma identify beam.csv --channels all --order 6,0",
+            ),
         ],
     ),
     (
         &["order"],
         &[(
             "How many poles this recording needs",
-            "rarma order cut.wav --band 300:2500",
+            "rarma order cut.wav --band 300:2500 --report page/",
         )],
     ),
     (
@@ -101,6 +109,19 @@ const EXAMPLES: &[(&[&str], &[Example])] = &[
             "A spectrum by Welch's method",
             "rarma psd cut.wav --method welch",
         )],
+    ),
+    (
+        &["convert"],
+        &[
+            (
+                "All channels of a recording for MATLAB, Octave or scipy",
+                "rarma convert cut.wav --out cut.mat",
+            ),
+            (
+                "An accelerometer's as a universal file",
+                "rarma convert cut.csv --unit m/s^2 --out cut.uff",
+            ),
+        ],
     ),
     (
         &["lobes"],

@@ -31,9 +31,18 @@ impl Command {
                 .read(&a.monitor.structure)
                 .read(&a.log)
                 .folder("--report", a.monitor.report.as_ref(), PAGE),
-            Self::Identify(a) => files.read([&a.input.input]),
-            Self::Order(a) => files.read([&a.input.input]),
-            Self::Psd(a) => files.read([&a.input.input]),
+            Self::Identify(a) => {
+                files
+                    .read([&a.input.input])
+                    .folder("--report", a.report.as_ref(), PAGE)
+            }
+            Self::Order(a) => {
+                files
+                    .read([&a.input.input])
+                    .folder("--report", a.report.as_ref(), PAGE)
+            }
+            Self::Psd(a) => files.read([&a.input.input]).file("--out", a.out.as_ref()),
+            Self::Convert(a) => files.read([&a.input.input]).file("--out", Some(&a.out)),
             Self::Lobes(a) => files
                 .read(&a.scenarios)
                 .folder("--report", a.report.as_ref(), PAGE),

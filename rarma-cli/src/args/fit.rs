@@ -1,7 +1,8 @@
 //! Options of `identify` and `order`, and the estimators.
 
-use super::{BandArgs, Criterion, InputArgs, forgetting, long_order, random_walk};
+use super::{BandArgs, ChannelArgs, Criterion, InputArgs, forgetting, long_order, random_walk};
 use clap::{Args, ValueEnum};
+use std::path::PathBuf;
 
 /// Options of `identify`.
 #[derive(Debug, Clone, Args)]
@@ -27,6 +28,13 @@ pub struct IdentifyArgs {
     /// Random walk of every parameter, variance per sample, 0 to 0.01.
     #[arg(long, value_name = "VARIANCE", default_value_t = 0.0, value_parser = random_walk)]
     pub random_walk: f64,
+    /// Several channels at once.
+    #[command(flatten)]
+    pub several: ChannelArgs,
+    /// Write a page with pictures into this folder: poles over orders, the model's density,
+    /// residuals, other methods.
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
     /// One JSON object on standard output.
     #[arg(long)]
     pub json: bool,
@@ -48,6 +56,9 @@ pub struct OrderArgs {
     /// What chooses.
     #[arg(long, value_enum, default_value_t = Criterion::Bic)]
     pub criterion: Criterion,
+    /// Write a page with pictures into this folder: the stabilisation diagram and the chosen model.
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
     /// One JSON object on standard output.
     #[arg(long)]
     pub json: bool,

@@ -1,7 +1,9 @@
 //! Options of `psd`, and criteria of `order`.
 
+use super::convert::unit;
 use super::{BandArgs, InputArgs, any_order, positive};
 use clap::{Args, ValueEnum};
+use std::path::PathBuf;
 
 /// Options of `psd`.
 #[derive(Debug, Clone, Args)]
@@ -21,6 +23,12 @@ pub struct PsdArgs {
     /// At this one frequency in Hz instead of on a grid.
     #[arg(long, value_name = "HZ", value_parser = positive)]
     pub at: Option<f64>,
+    /// Write it to a file: .csv, .uff, .unv (universal file, dataset 58) or .mat (MATLAB level 5).
+    #[arg(long, value_name = "FILE", conflicts_with = "at")]
+    pub out: Option<PathBuf>,
+    /// Unit of the samples, such as m/s^2 [default: 1, parts of full scale].
+    #[arg(long, value_name = "UNIT", default_value = "1", value_parser = unit, requires = "out")]
+    pub unit: String,
     /// One JSON object on standard output.
     #[arg(long)]
     pub json: bool,

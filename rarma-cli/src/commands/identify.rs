@@ -1,12 +1,17 @@
 //! `rarma identify`: one model of a whole recording.
 
+mod methods;
+mod page;
+
 use super::band::{self, Part};
+use super::channels;
 use super::estimators::{self, IdentifiedMode, Memory};
 use super::show;
 use crate::args::{IdentifyArgs, Method};
 use crate::failure::Failure;
 use crate::input::Recording;
-use rarma_fit::{Criteria, FitError, Whiteness};
+use crate::report::sheet_into;
+use rarma_fit::{Criteria, FitError, Whiteness, earlier_errors};
 use serde::Serialize;
 use std::path::Path;
 
@@ -82,6 +87,9 @@ fn possible(args: &IdentifyArgs) -> Result<(), Failure> {
 }
 
 pub(super) fn main(args: &IdentifyArgs) -> Result<u8, Failure> {
+    if args.several.channels.is_some() {
+        return channels::main(args);
+    }
     possible(args)?;
     let part = Part::read(&args.input, args.band, args.detrend)?;
     let work = estimators::work(args.method, part.samples.len(), args.order);
@@ -94,6 +102,16 @@ pub(super) fn main(args: &IdentifyArgs) -> Result<u8, Failure> {
     let found = fit_named(&part, args, &args.input.input);
     bar.finish_and_clear();
     let found = found?;
+    if let Some(dir) = &args.report {
+        let bar = show::waiting("other orders and methods".to_owned());
+        let title = args.input.input.display().to_string();
+        let html = page::html(&part, &found, args, &title);
+        bar.finish_and_clear();
+        let page = sheet_into(dir, html)?;
+        if !args.json {
+            say!("Report: {}", page.display());
+        }
+    }
     if args.json {
         let text = serde_json::to_string(&found).map_err(std::io::Error::from)?;
         say!("{text}");
@@ -284,18 +302,20 @@ pub(super) fn criteria(sigma2: f64, n: usize, k: usize) -> Result<Criteria<f64>,
     })
 }
 
-/// Residuals e = A/C·y of a fixed model, conditional on its start: the first p are 0.
+/// Residuals e = A/C·y of a fixed model. The first p are not known: the last q of them stand as what
+/// the rest makes likely, the others as 0.
 pub(super) fn residuals(y: &[f64], a: &[f64], c: &[f64]) -> Vec<f64> {
-    let mut e: Vec<f64> = Vec::with_capacity(y.len());
-    for (t, &x) in y.iter().enumerate() {
-        if t < a.len() {
-            e.push(0.0);
-            continue;
-        }
-        let past = |v: &[f64], i: usize| if t > i { v[t - 1 - i] } else { 0.0 };
-        let ar: f64 = a.iter().enumerate().map(|(i, a)| a * past(y, i)).sum();
-        let ma: f64 = c.iter().enumerate().map(|(i, c)| c * past(&e, i)).sum();
-        e.push(x + ar - ma);
+    let (p, q) = (a.len(), c.len());
+    let earlier = earlier_errors::<f64, { estimators::N }>(y, a, c).unwrap_or([0.0; estimators::N]);
+    // From e(p − q) on.
+    let mut e: Vec<f64> = earlier[..q].iter().rev().copied().collect();
+    for t in p..y.len() {
+        let ar: f64 = a.iter().zip(y[..t].iter().rev()).map(|(a, y)| a * y).sum();
+        let ma: f64 = c.iter().zip(e.iter().rev()).map(|(c, e)| c * e).sum();
+        e.push(y[t] + ar - ma);
     }
-    e
+    let mut out = vec![0.0; p.saturating_sub(q)];
+    out.extend_from_slice(&e[q.saturating_sub(p)..]);
+    out.truncate(y.len());
+    out
 }

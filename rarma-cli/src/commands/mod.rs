@@ -4,8 +4,10 @@ mod act;
 mod advise;
 mod band;
 mod cers;
+mod channels;
 mod choose_order;
 mod connect;
+mod convert;
 mod decode;
 mod demo;
 mod els;
@@ -18,6 +20,7 @@ mod listen;
 mod listening;
 mod lobes;
 mod manual;
+mod model_pictures;
 mod monitor;
 mod order;
 mod pair;
@@ -34,12 +37,15 @@ mod tacho;
 #[cfg(not(target_family = "wasm"))]
 mod target;
 
+pub use channels::{
+    ChannelModeRecord, ChannelModel, ChannelPole, Channels, ShapeRecord, identify_channels,
+};
 pub use estimators::{IdentifiedMode, modes_of};
 pub use feed::Feed;
 pub use identify::{Identified, identify, identify_recording};
 pub use lobes::{LobePoint, Lobes, chart as lobe_chart, point as lobe_point};
 pub use monitor::{job, listen, listen_with_tacho};
-pub use order::{Candidate, CandidateMode, Choice, order_recording};
+pub use order::{Candidate, CandidateMode, Choice, Cluster, order_recording};
 pub use pair::listen as listen_pair;
 pub use psd::{Density, psd_recording};
 pub use simulate::{Simulated, simulate};
@@ -74,6 +80,7 @@ pub fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Identify(args) => identify::main(args),
         Command::Order(args) => order::main(args),
         Command::Psd(args) => psd::main(args),
+        Command::Convert(args) => convert::main(args),
         Command::Lobes(args) => lobes::main(args),
         Command::Simulate(args) => simulate::main(args),
         Command::ChooseOrder(args) => choose_order::main(args),

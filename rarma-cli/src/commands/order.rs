@@ -1,5 +1,11 @@
 //! `rarma order`: candidate orders with their criteria, and the choice.
 
+mod clusters;
+mod page;
+
+pub use clusters::Cluster;
+pub(super) use page::{STABLE, poles};
+
 use super::band::{self, Part};
 use super::estimators::{self, Memory};
 use super::identify::{self, with_stack};
@@ -8,6 +14,7 @@ use crate::args::{Criterion, Detrend, Method, OrderArgs};
 use crate::failure::Failure;
 use crate::input::Recording;
 use crate::progress::ProgressBar;
+use crate::report::sheet_into;
 use rarma_core::spectrum::Modal;
 use rarma_fit::{StabilisationConfig, Stability, stabilise};
 use rayon::prelude::*;
@@ -22,8 +29,12 @@ const LEAST_SAMPLES: usize = 13;
 pub struct CandidateMode {
     /// Undamped natural frequency, Hz.
     pub f: f64,
+    /// Standard deviation of it, Hz; null where none can be given.
+    pub f_sd: f64,
     /// Damping ratio.
     pub zeta: f64,
+    /// Standard deviation of it.
+    pub zeta_sd: f64,
     /// The frequency is within tolerance of a mode one order step below.
     pub stable_f: bool,
     /// So are frequency and damping ratio.
@@ -69,6 +80,8 @@ pub struct Choice {
     pub candidates: Vec<Candidate>,
     /// `[p, q]` of the best.
     pub choice: [usize; 2],
+    /// Modes that several candidates agree on, sorted by frequency.
+    pub clusters: Vec<Cluster>,
     /// By what it is the best.
     pub criterion: &'static str,
     /// Rate of the samples that were fitted, Hz.
@@ -101,7 +114,7 @@ fn choose(
         )));
     }
     part.variance().map_err(refused)?;
-    let candidates = candidates(part, args.max, bar)
+    let candidates = candidates(part, orders(args.max).collect(), args.max, bar)
         .map_err(|why| refused(format!("whole file: no candidate could be fitted: {why}")))?;
     let choice = candidates
         .iter()
@@ -110,6 +123,7 @@ fn choose(
         .unwrap_or_default();
     Ok(Choice {
         band: band::in_json(part.band),
+        clusters: clusters::clusters(&candidates, choice),
         candidates,
         choice,
         criterion: args.criterion.name(),
@@ -128,6 +142,13 @@ pub(super) fn main(args: &OrderArgs) -> Result<u8, Failure> {
     bar.finish_and_clear();
     let found = found?;
     let (choice, name) = (found.choice, found.criterion);
+    if let Some(dir) = &args.report {
+        let title = args.input.input.display().to_string();
+        let page = sheet_into(dir, page::html(&part, &found, &title))?;
+        if !args.json {
+            say!("Report: {}", page.display());
+        }
+    }
     if args.json {
         let text = serde_json::to_string(&found).map_err(std::io::Error::from)?;
         say!("{text}");
@@ -146,6 +167,19 @@ pub(super) fn main(args: &OrderArgs) -> Result<u8, Failure> {
                 c.bic,
                 c.fpe,
                 modes.join("  ")
+            );
+        }
+        for c in &found.clusters {
+            say!(
+                "  {} of {} candidates agree on {:.1} Hz ({:.1} to {:.1}), {:.2} % ({:.2} to {:.2})",
+                c.candidates,
+                found.candidates.len(),
+                c.f,
+                c.f_range[0],
+                c.f_range[1],
+                100.0 * c.zeta,
+                100.0 * c.zeta_range[0],
+                100.0 * c.zeta_range[1]
             );
         }
         say!("  ** stable: within 1 % in f and 5 % in damping of a mode at p-1, q-1; * in f alone");
@@ -168,6 +202,18 @@ fn orders(max: usize) -> impl Iterator<Item = (usize, usize)> {
     (1..=max).flat_map(|p| [(p, p - 1), (p, p)])
 }
 
+/// Models of some orders, p up to `max`, marked against the step below.
+///
+/// # Errors
+/// Why the first one could not be fitted, if none could.
+pub(super) fn models(
+    part: &Part,
+    orders: Vec<(usize, usize)>,
+    max: usize,
+) -> Result<Vec<Candidate>, String> {
+    candidates(part, orders, max, &ProgressBar::hidden())
+}
+
 /// Steps of the bar that a candidate is.
 fn step_of(order: (usize, usize)) -> u64 {
     estimators::work(Method::Pem, 1, order) as u64
@@ -177,8 +223,12 @@ fn step_of(order: (usize, usize)) -> u64 {
 ///
 /// # Errors
 /// Why the first one could not be, if none could.
-fn candidates(part: &Part, max: usize, bar: &ProgressBar) -> Result<Vec<Candidate>, String> {
-    let orders: Vec<(usize, usize)> = orders(max).collect();
+fn candidates(
+    part: &Part,
+    orders: Vec<(usize, usize)>,
+    max: usize,
+    bar: &ProgressBar,
+) -> Result<Vec<Candidate>, String> {
     bar.tick();
     // The longest first, one by one to whoever is free.
     let mut fitted: Vec<((usize, usize), Result<Candidate, String>)> = orders
@@ -243,7 +293,9 @@ fn modes(part: &Part, model: &estimators::Model) -> Vec<CandidateMode> {
     let modes = part.modes(model).unwrap_or_default();
     let mode = |m: &estimators::IdentifiedMode| CandidateMode {
         f: m.f,
+        f_sd: m.f_sd,
         zeta: m.zeta,
+        zeta_sd: m.zeta_sd,
         stable_f: false,
         stable: false,
     };

@@ -5,8 +5,10 @@ use super::estimators::{self, Memory};
 use super::identify::{self, with_stack};
 use super::show;
 use crate::args::{Detrend, Method, PsdArgs, PsdMethod};
+use crate::export::{self, Along, Column, Table};
 use crate::failure::Failure;
 use crate::input::Recording;
+use crate::output;
 use rarma_fit::{model_density, welch_density, windowed_density};
 use realfft::RealFftPlanner;
 use serde::Serialize;
@@ -44,6 +46,18 @@ pub(super) fn main(args: &PsdArgs) -> Result<u8, Failure> {
     let density = density_named(&part, args, order, &args.input.input);
     bar.finish_and_clear();
     let density = density?;
+    if let Some(path) = &args.out {
+        output::keep(vec![export::write(path, "--out", &table(&density, args))?])?;
+        if !args.json {
+            say!(
+                "{}: {} frequencies, {}",
+                path.display(),
+                density.f.len(),
+                part.words()
+            );
+            return Ok(0);
+        }
+    }
     if args.json {
         let text = serde_json::to_string(&density).map_err(std::io::Error::from)?;
         say!("{text}");
@@ -55,6 +69,26 @@ pub(super) fn main(args: &PsdArgs) -> Result<u8, Failure> {
         }
     }
     Ok(0)
+}
+
+/// A density for a file.
+fn table(density: &Density, args: &PsdArgs) -> Table {
+    let first = density.f.first().copied().unwrap_or(0.0);
+    let last = density.f.last().copied().unwrap_or(first);
+    let steps = density.f.len().saturating_sub(1).max(1);
+    Table {
+        title: format!("power spectral density of {}", args.input.input.display()),
+        along: Along::Frequency {
+            first,
+            step: (last - first) / steps as f64,
+        },
+        columns: vec![Column {
+            name: "psd".to_owned(),
+            channel: args.input.channel,
+            unit: format!("({})^2/Hz", args.unit),
+            values: density.psd.clone(),
+        }],
+    }
 }
 
 /// What `rarma psd` says of a recording that has been read; `args.input` does not count.
@@ -147,17 +181,9 @@ fn density(part: &Part, args: &PsdArgs, order: Option<Fit>) -> Result<Density, S
         (None, None) if args.method == PsdMethod::Periodogram => transformed(y, n, |_| 1.0, fs),
         (None, None) => welch(y, fs),
     };
-    if part.band.is_some() {
-        // Only there the conditioning can be undone.
-        let (low, high) = part.edges();
-        let gain = part.power_gain();
-        (f, psd) = f
-            .into_iter()
-            .zip(psd)
-            .filter(|(f, _)| (low..=high).contains(f))
-            .map(|(f, s)| (f, s / gain(f)))
-            .unzip();
-    }
+    (f, psd) = of_the_recording(part, f.into_iter().zip(psd))
+        .into_iter()
+        .unzip();
     if f.is_empty() {
         return Err(format!(
             "end of data: {n} samples at {fs} Hz resolve no frequency of the band (record longer, or choose a wider --band)"
@@ -179,6 +205,36 @@ fn density(part: &Part, args: &PsdArgs, order: Option<Fit>) -> Result<Density, S
         f,
         psd,
     })
+}
+
+/// A density of the part as that of the recording, in the band.
+fn of_the_recording(part: &Part, density: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
+    if part.band.is_none() {
+        return density.collect();
+    }
+    // Only there the conditioning can be undone.
+    let (low, high) = part.edges();
+    let gain = part.power_gain();
+    density
+        .filter(|(f, _)| (low..=high).contains(f))
+        .map(|(f, s)| (f, s / gain(f)))
+        .collect()
+}
+
+/// Welch's estimate of a recording in its band: frequency, Hz, and density.
+pub(super) fn estimate(part: &Part) -> Vec<(f64, f64)> {
+    let (f, psd) = welch(&part.samples, part.fs);
+    of_the_recording(part, f.into_iter().zip(psd))
+}
+
+/// Density of a model of a part, (a, c) and innovation variance, on the grid of models.
+pub(super) fn of_model(part: &Part, (a, c): (&[f64], &[f64]), sigma2: f64) -> Vec<(f64, f64)> {
+    let (low, high) = part.edges();
+    let f = (0..=GRID).map(|k| low + (high - low) * k as f64 / GRID as f64);
+    of_the_recording(
+        part,
+        f.map(|f| (f, model_density(a, c, sigma2, f, part.fs))),
+    )
 }
 
 /// Length of Welch's stretches: at least eight half-overlapping ones.

@@ -2,6 +2,7 @@
 
 use super::show;
 use crate::args::SimulateArgs;
+use crate::export::{self, Along, Column, Table};
 use crate::failure::Failure;
 use crate::output::{self, NewFile, WavFile, Whole};
 use crate::scenario::{self, Loaded};
@@ -64,11 +65,25 @@ pub(super) fn main(args: &SimulateArgs) -> Result<u8, Failure> {
     Ok(0)
 }
 
-/// Plays the cut into a WAV file, which is still to be kept; the number of clipped samples.
+/// Plays the cut into a WAV file, or one of the formats of other programs, which is still to be kept; the number of clipped samples.
 ///
 /// # Errors
 /// The file cannot be written.
 fn write(loaded: &Loaded, out: &Path) -> Result<(Whole, u64), Failure> {
+    if export::Format::of(out).is_some() {
+        let heard = simulate(loaded)?;
+        let table = Table {
+            title: format!("virtual cut {}", loaded.scenario.name),
+            along: Along::Time { fs: heard.fs },
+            columns: vec![Column {
+                name: "microphone".to_owned(),
+                channel: 0,
+                unit: "1".to_owned(),
+                values: heard.samples,
+            }],
+        };
+        return Ok((export::write(out, "--out", &table)?, heard.clipped));
+    }
     let mut sound = Sound::new(loaded)?;
     let spec = hound::WavSpec {
         channels: 1,

@@ -14,6 +14,7 @@
 //! | `.f32`, `.f64` | little-endian floats, one channel | [`ReadOptions::fs`] |
 //! | `.m4a`, `.mp4`, `.mov` | AAC-LC, MP3 or FLAC in MPEG-4, of a video its sound | header, or [`ReadOptions::fs`] |
 //! | `.mp3`, `.flac`, `.ogg`, `.oga` | MP3, FLAC, Ogg Vorbis or Ogg FLAC | header, or [`ReadOptions::fs`] |
+//! | `.uff`, `.unv`, `.bun` | universal file, datasets 58 and 58b over time, each a channel | its step, or [`ReadOptions::fs`] |
 //! | `.frames` | record of a box with raw samples | the record, or [`ReadOptions::fs`] |
 //!
 //! Those of phones need the feature `codecs`, which is on unless switched off.
@@ -35,6 +36,7 @@ mod stream;
 mod structure;
 mod table;
 mod time;
+mod uff_time;
 mod wav;
 mod whole;
 
@@ -44,6 +46,7 @@ pub(crate) use error::system_words;
 pub use error::{InputError, Problem};
 pub use health::{Health, check, check_size};
 pub use load_steps::read_load_steps;
+pub(crate) use receptance::exponent;
 pub use receptance::{Function, Plane, Role, merge, read_receptances, write_uff};
 pub use speed::Speeds;
 pub(crate) use stream::{Begin, Blocks};
@@ -146,6 +149,7 @@ enum Format {
     RawF64,
     RawS16,
     Frames,
+    Uff,
     /// Named one of these kinds of compressed files.
     Compressed(Content),
 }
@@ -159,6 +163,7 @@ impl Format {
             Some("f32") => Ok(Self::RawF32),
             Some("f64") => Ok(Self::RawF64),
             Some("frames") => Ok(Self::Frames),
+            Some("uff" | "unv" | "bun") => Ok(Self::Uff),
             Some("m4a" | "mp4" | "mov") => Ok(Self::Compressed(Content::Mp4)),
             Some("mp3") => Ok(Self::Compressed(Content::Mp3)),
             Some("flac") => Ok(Self::Compressed(Content::Flac)),
@@ -170,7 +175,7 @@ impl Format {
                     Some(e) => format!("unknown extension '.{e}'"),
                     None => "no extension, so the format is unknown".into(),
                 },
-                "use .wav, .flac, .m4a, .mp4, .mov, .mp3, .ogg, .csv, .f32, .f64 or .frames",
+                "use .wav, .flac, .m4a, .mp4, .mov, .mp3, .ogg, .csv, .uff, .f32, .f64 or .frames",
             )),
         }
     }
@@ -195,40 +200,64 @@ pub fn read_raw(
     opts: &ReadOptions,
     raw: Option<Raw>,
 ) -> Result<Recording, InputError> {
+    let mut one = read_channels(path, opts, raw, Some(&[opts.channel]))?;
+    one.pop()
+        .ok_or_else(|| no_channel("option --channel", opts.channel, 0).in_file(path))
+}
+
+/// [`read_raw`] of several channels, or of all where none are named, in one pass; the channel of
+/// `opts` does not count. The notices are those of the first.
+///
+/// # Errors
+/// See [`read`].
+pub fn read_channels(
+    path: &Path,
+    opts: &ReadOptions,
+    raw: Option<Raw>,
+    channels: Option<&[usize]>,
+) -> Result<Vec<Recording>, InputError> {
     let known = Known {
         fs: opts.fs,
         stream: opts.stream,
     };
     let mut stream = Stream::open(path, known, raw)?;
-    stream.want(&[opts.channel])?;
-    let (mut samples, mut gaps, mut block) = (Vec::new(), Vec::new(), [Vec::new()]);
+    let channels = channels.map_or_else(|| (0..stream.channels).collect(), <[usize]>::to_vec);
+    stream.want(&channels)?;
+    let mut rows = vec![Vec::new(); channels.len()];
+    let (mut gaps, mut block) = (Vec::new(), vec![Vec::new(); channels.len()]);
     while stream.next(&mut block)? {
         if stream.missing() > 0 {
             gaps.push(Gap {
-                at: samples.len() as u64,
+                at: rows.first().map_or(0, |row: &Vec<f64>| row.len() as u64),
                 samples: stream.missing(),
             });
         }
-        samples.extend_from_slice(&block[0]);
+        for (row, block) in rows.iter_mut().zip(&block) {
+            row.extend_from_slice(block);
+        }
     }
-    let end = stream.end()?;
-    let recording = Recording {
-        fs: end.fs,
-        full_scale: stream.step.map(|_| 1.0),
-        step: stream.step,
-        channel: opts.channel,
-        channels: stream.channels,
-        seconds: samples.len() as f64 / end.fs,
-        gaps,
-        samples,
-        notices: end.notices,
-        path: stream.path,
-        format: stream.format,
-    };
-    if opts.check {
-        check(&recording)?;
+    let mut end = stream.end()?;
+    let mut recordings = Vec::new();
+    for (channel, samples) in channels.into_iter().zip(rows) {
+        let recording = Recording {
+            fs: end.fs,
+            full_scale: stream.step.map(|_| 1.0),
+            step: stream.step,
+            channel,
+            channels: stream.channels,
+            seconds: samples.len() as f64 / end.fs,
+            gaps: gaps.clone(),
+            samples,
+            notices: std::mem::take(&mut end.notices),
+            path: stream.path.clone(),
+            format: stream.format.clone(),
+        };
+        if opts.check {
+            check(&recording)?;
+        }
+        recordings.push(recording);
     }
-    Ok(recording)
+    Ok(recordings)
 }
 
 /// The rate that counts: what the caller says, with a notice, or the header.

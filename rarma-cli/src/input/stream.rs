@@ -4,7 +4,7 @@
 //! run evenly) is said by [`Stream::end`].
 
 use super::bytes::Bytes;
-use super::{Format, InputError, Problem, frames, raw, table, wav};
+use super::{Format, InputError, Problem, frames, raw, table, uff_time, wav};
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -275,6 +275,7 @@ fn uncompressed(
         Format::RawF64 => raw::begin(bytes, fs, raw::Width::F64),
         Format::RawS16 => raw::begin(bytes, fs, raw::Width::S16),
         Format::Frames => frames::begin(bytes, fs, stream),
+        Format::Uff => uff_time::begin(bytes, fs),
     }
 }
 

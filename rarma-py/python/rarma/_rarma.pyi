@@ -1,7 +1,7 @@
 """The half of the package that is written in Rust."""
 
 import os
-from typing import Any, Dict, Final, List, Literal, Mapping, Optional, Tuple, Union, final
+from typing import Any, Dict, Final, List, Literal, Mapping, Optional, Sequence, Tuple, Union, final
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +13,7 @@ __all__ = [
     "RecursiveArma",
     "decode",
     "identify",
+    "identify_channels",
     "lobes",
     "order",
     "psd",
@@ -118,6 +119,17 @@ def identify(
     detrend: Literal["none", "mean", "linear"] = "mean",
     forgetting: float = 1.0,
     random_walk: float = 0.0,
+) -> Dict[str, Any]: ...
+def identify_channels(
+    x: _Signal,
+    sample_rate_hz: float,
+    order: int,
+    *,
+    references: Optional[Sequence[int]] = None,
+    rows: int = 20,
+    stretches: int = 100,
+    band_hz: Optional[_Band] = None,
+    detrend: Literal["none", "mean", "linear"] = "mean",
 ) -> Dict[str, Any]: ...
 def order(
     x: _Signal,

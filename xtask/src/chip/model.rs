@@ -8,9 +8,9 @@ use serde_json::Value;
 use super::registers;
 use crate::{Failure, Result, Workspace, process};
 
-/// Packages that tests use, never linked or shipped: the emulator (GPL), and a reader of
-/// universal files that is not ours (MIT).
-const PACKAGES: [&str; 2] = ["unicorn==2.1.4", "pyuff==2.5.8"];
+/// Packages that tests use, never linked or shipped: the emulator (GPL), and readers of
+/// universal files (MIT) and MATLAB files (BSD) that are not ours.
+const PACKAGES: [&str; 3] = ["unicorn==2.1.4", "pyuff==2.5.8", "scipy>=1.13,<2"];
 
 /// The model, ready to run.
 #[derive(Debug, Clone)]
@@ -72,7 +72,7 @@ impl Model {
 
     fn has_packages(&self) -> bool {
         let mut python = self.python();
-        process::output(python.args(["-c", "import unicorn, pyuff"])).is_ok()
+        process::output(python.args(["-c", "import unicorn, pyuff, scipy"])).is_ok()
     }
 
     fn python(&self) -> Command {

@@ -12,10 +12,11 @@
 mod csv;
 mod merge;
 mod uff;
-mod uff_numbers;
+pub(super) mod uff_numbers;
 mod uff_write;
 
 pub use merge::{Plane, Role, merge};
+pub(crate) use uff_write::exponent;
 pub use uff_write::write_uff;
 
 use super::{InputError, Problem, whole};

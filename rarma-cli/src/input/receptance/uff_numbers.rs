@@ -3,7 +3,7 @@
 use super::super::{InputError, Problem};
 
 /// Lines and raw bytes by turns.
-pub(super) struct Cursor<'a> {
+pub(in crate::input) struct Cursor<'a> {
     pub bytes: &'a [u8],
     pub at: usize,
     pub line: usize,
@@ -26,7 +26,7 @@ impl<'a> Cursor<'a> {
     }
 }
 
-pub(super) fn cut_short(line: usize) -> InputError {
+pub(in crate::input) fn cut_short(line: usize) -> InputError {
     InputError::new(
         Problem::Truncated,
         format!("line {line}"),
@@ -36,7 +36,7 @@ pub(super) fn cut_short(line: usize) -> InputError {
 }
 
 /// Field of fixed columns, without blanks.
-pub(super) fn field(text: &str, from: usize, width: usize) -> String {
+pub(in crate::input) fn field(text: &str, from: usize, width: usize) -> String {
     text.chars()
         .skip(from)
         .take(width)
@@ -45,7 +45,7 @@ pub(super) fn field(text: &str, from: usize, width: usize) -> String {
         .to_owned()
 }
 
-pub(super) fn number(line: usize, text: &str) -> Result<f64, InputError> {
+pub(in crate::input) fn number(line: usize, text: &str) -> Result<f64, InputError> {
     text.trim()
         .replace(['D', 'd'], "E")
         .parse()
@@ -54,7 +54,7 @@ pub(super) fn number(line: usize, text: &str) -> Result<f64, InputError> {
 
 /// A whole number in fixed columns; the n-th word of the line where the columns do not
 /// hold one, as some writers do not keep them.
-pub(super) fn whole(
+pub(in crate::input) fn whole(
     line: usize,
     text: &str,
     (from, width): (usize, usize),
@@ -105,7 +105,7 @@ pub(super) fn numbers_text(
     Ok(out)
 }
 
-pub(super) fn columns(text: &str, widths: &[usize]) -> Option<Vec<f64>> {
+pub(in crate::input) fn columns(text: &str, widths: &[usize]) -> Option<Vec<f64>> {
     let (mut out, mut at, mut k) = (Vec::new(), 0, 0);
     let length = text.trim_end().chars().count();
     while at < length {

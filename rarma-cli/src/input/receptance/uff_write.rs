@@ -109,7 +109,7 @@ fn dataset(
 }
 
 /// A number as Fortran's E format has it: two digits of exponent and its sign.
-fn exponent(x: f64, digits: usize, width: usize) -> String {
+pub(crate) fn exponent(x: f64, digits: usize, width: usize) -> String {
     let text = format!("{x:.digits$E}");
     let (mantissa, power) = text.split_once('E').unwrap_or((&text, "0"));
     let power: i32 = power.parse().unwrap_or(0);

@@ -193,7 +193,9 @@ fn python(program: &str, words: &[String]) -> Result<Plan, String> {
             "rarma-py/benchmark.py" => {
                 Ok(Plan::Not("it measures times, which wants a machine alone"))
             }
-            "rarma-py/compare" => Ok(Plan::Not("it takes minutes, and packages of others")),
+            "rarma-py/compare" | "rarma-py/compare/several.py" => {
+                Ok(Plan::Not("it takes minutes, and packages of others"))
+            }
             _ => Err(format!("`{script}`: no such script")),
         },
         _ => Err(format!(

@@ -21,8 +21,8 @@ pub enum Input {
 }
 
 /// Commands whose first file is a recording.
-const LISTENERS: [&str; 7] = [
-    "monitor", "advise", "act", "target", "identify", "order", "psd",
+const LISTENERS: [&str; 8] = [
+    "monitor", "advise", "act", "target", "identify", "order", "psd", "convert",
 ];
 
 /// Options that name a file or folder the command writes.
