@@ -211,7 +211,9 @@ mod tests {
     fn a_mean_of_two_has_the_bins_of_both() {
         let run = |bins: [usize; 2], dr_m: f64| {
             let mut trace = Trace::<f64, 4>::default();
-            bins.map(|bin| assert!(trace.add(Trace::<f64, 4>::angle(bin), dr_m)));
+            for bin in bins {
+                assert!(trace.add(Trace::<f64, 4>::angle(bin), dr_m));
+            }
             trace
         };
         let mut mean = run([0, 1], 2e-6);
