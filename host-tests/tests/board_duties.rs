@@ -105,9 +105,10 @@ fn the_loop_breaks_into_listening() {
                 0.0..=60.0,
             );
         }
+        // The longest hangs on what happens to run when the period ends, which is not the same in both.
         assert!(
-            least.cold < most.cold && least.worst <= most.worst,
-            "{name}"
+            least.cold < most.cold && least.mean < most.mean,
+            "{name}: {least:?}, {most:?}"
         );
     }
     println!("{table}");

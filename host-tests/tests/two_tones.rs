@@ -231,7 +231,7 @@ fn half_the_rate_makes_it_easy() {
     case.row("esprit(4)", "100", case.esprit(4), 98.0..=100.0);
     case.row("esprit(10)", "", case.esprit(10), 98.0..=100.0);
     case.row("burg(60)", "100", case.burg(60), 98.0..=100.0);
-    case.row("Pem(10,9)", "6 to 52", case.pem(10, 9), 17.0..=25.0);
+    case.row("Pem(10,9)", "6 to 52", case.pem(10, 9), 37.0..=45.0);
     case.row("Ml(10,9)", "6 to 52", case.ml(10, 9), 72.0..=80.0);
 }
 

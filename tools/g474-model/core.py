@@ -112,7 +112,8 @@ class Core:
         uc.mem_map(FLASH, FLASH_BYTES)
         uc.mem_write(FLASH, b"\xff" * FLASH_BYTES)
         uc.mem_map(RAM, RAM_BYTES)
-        self.coupled = mmap.mmap(-1, COUPLED_BYTES)
+        # Private: a process that is forked from this one has a memory of its own.
+        self.coupled = mmap.mmap(-1, COUPLED_BYTES, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
         memory = (ctypes.c_ubyte * COUPLED_BYTES).from_buffer(self.coupled)
         for at in (COUPLED, STACK):
             uc.mem_map_ptr(at, COUPLED_BYTES, UC_PROT_ALL, ctypes.addressof(memory))
