@@ -14,8 +14,8 @@ use rarma_fit::{Bound, Pem, PemConfig};
 use std::time::Instant;
 
 const SEEDS: u64 = 40;
-/// No estimator is better than the bound but by chance: two sampling errors of 40 seeds and a little.
-const LOW: f64 = 0.75;
+/// No estimator is better than the bound but by chance.
+const LOW: f64 = 0.8;
 /// A tenth above the bound, and twice the sampling error of 40 seeds.
 const NEAR: f64 = 1.1 * (1.0 + 2.0 * ERROR_OF_40);
 /// A quarter above the bound, and the scatter: four modes.

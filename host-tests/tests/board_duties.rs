@@ -76,7 +76,9 @@ fn the_loop_breaks_into_listening() {
         let of = |form| preempted(&seen.program, &seen.trace, setup(form), LOOP, DUTY);
         let [least, most] = [Form::Least, Form::Most].map(|f| of(f).expect("the loop runs"));
         let all = |p: &Preempted| 100.0 * (p.busy + p.handler * (ASKED_RATE - 1.0));
-        let halves = most.worst as f64 / (0.5 * PERIOD);
+        // It hangs on what happens to run when the period ends, so that either may have the longer one.
+        let longest = least.worst.max(most.worst);
+        let halves = longest as f64 / (0.5 * PERIOD);
         // Writing to a String cannot fail.
         let _ = writeln!(
             table,
@@ -85,8 +87,8 @@ fn the_loop_breaks_into_listening() {
             most.cold,
             least.mean,
             most.mean,
-            least.worst,
-            most.worst,
+            least.worst.min(most.worst),
+            longest,
             100.0 * least.handler * ASKED_RATE,
             100.0 * most.handler * ASKED_RATE,
             all(&least),
@@ -105,7 +107,6 @@ fn the_loop_breaks_into_listening() {
                 0.0..=60.0,
             );
         }
-        // The longest hangs on what happens to run when the period ends, which is not the same in both.
         assert!(
             least.cold < most.cold && least.mean < most.mean,
             "{name}: {least:?}, {most:?}"

@@ -12,6 +12,13 @@ pub const MISSED: &[Missed] = &[
         why: "0.28 was the bound before the doubt about a speed was extended; what of that change moved it was not followed up",
     },
     Missed {
+        bar: "batch: over the bound, f, 4 close modes, ζ 2 % (8,7)",
+        asked: 0.8..=1.525,
+        got: 0.7797..=0.7897,
+        test: "batch_accuracy::four_modes_come_near_the_bound",
+        why: "better than the bound, which is by chance: a ratio of 40 seeds scatters by 11 %",
+    },
+    Missed {
         bar: "board duties: % of the core, loop at 50 kHz with a stepped sine, monitor (4,3)",
         asked: 0.0..=60.0,
         got: 102.0..=108.0,

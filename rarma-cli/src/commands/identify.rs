@@ -10,7 +10,7 @@ use super::show;
 use crate::args::{IdentifyArgs, Method};
 use crate::failure::Failure;
 use crate::input::Recording;
-use crate::report::sheet_into;
+use crate::report::sheet_told;
 use rarma_fit::{Criteria, FitError, Whiteness, earlier_errors};
 use serde::Serialize;
 use std::path::Path;
@@ -107,10 +107,7 @@ pub(super) fn main(args: &IdentifyArgs) -> Result<u8, Failure> {
         let title = args.input.input.display().to_string();
         let html = page::html(&part, &found, args, &title);
         bar.finish_and_clear();
-        let page = sheet_into(dir, html)?;
-        if !args.json {
-            say!("Report: {}", page.display());
-        }
+        sheet_told(dir, html, args.json)?;
     }
     if args.json {
         let text = serde_json::to_string(&found).map_err(std::io::Error::from)?;

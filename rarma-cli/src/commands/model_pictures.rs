@@ -46,12 +46,6 @@ pub(super) fn diagram(
         })
         .map(|(f, row)| (f.clamp(edges.0, edges.1), row))
         .collect();
-    let series = |name: &str, points, mark, colour| Series {
-        name: name.to_owned(),
-        points,
-        mark,
-        colour,
-    };
     let levels = decibels(density);
     let (low, high) = range(levels.iter().map(|p| p.1));
     let backdrop = levels
@@ -64,17 +58,17 @@ pub(super) fn diagram(
         y: Scale::linear(rows, 0.0, top),
         height: 380.0,
         series: vec![
-            series("density (its own scale)", backdrop, Mark::Below, 5),
-            series("", bars, Mark::Line, 0),
-            series("stable", of(&|p| p.stable), Mark::Dots, 0),
-            series(
+            Series::new("density (its own scale)", backdrop, Mark::Below, 5),
+            Series::new("", bars, Mark::Line, 0),
+            Series::new("stable", of(&|p| p.stable), Mark::Dots, 0),
+            Series::new(
                 "stable in frequency alone",
                 of(&|p| p.stable_f && !p.stable),
                 Mark::Dots,
                 4,
             ),
-            series("new", of(&|p| !p.stable_f), Mark::Dots, 5),
-            series("chosen", of(&|p| p.chosen), Mark::Place, 0),
+            Series::new("new", of(&|p| !p.stable_f), Mark::Dots, 5),
+            Series::new("chosen", of(&|p| p.chosen), Mark::Place, 0),
         ],
         caption: format!(
             "Poles of the models of each order. {what_is_stable} Bars: 1.96 standard deviations of \

@@ -14,7 +14,7 @@ use crate::args::{Criterion, Detrend, Method, OrderArgs};
 use crate::failure::Failure;
 use crate::input::Recording;
 use crate::progress::ProgressBar;
-use crate::report::sheet_into;
+use crate::report::sheet_told;
 use rarma_core::spectrum::Modal;
 use rarma_fit::{StabilisationConfig, Stability, stabilise};
 use rayon::prelude::*;
@@ -144,10 +144,7 @@ pub(super) fn main(args: &OrderArgs) -> Result<u8, Failure> {
     let (choice, name) = (found.choice, found.criterion);
     if let Some(dir) = &args.report {
         let title = args.input.input.display().to_string();
-        let page = sheet_into(dir, page::html(&part, &found, &title))?;
-        if !args.json {
-            say!("Report: {}", page.display());
-        }
+        sheet_told(dir, page::html(&part, &found, &title), args.json)?;
     }
     if args.json {
         let text = serde_json::to_string(&found).map_err(std::io::Error::from)?;

@@ -9,7 +9,7 @@ use crate::args::{Detrend, Method, SweepArgs};
 use crate::ear;
 use crate::failure::Failure;
 use crate::report::chart::{Chart, Mark, Scale, Series, sheet, table};
-use crate::report::sheet_into;
+use crate::report::sheet_told;
 use crate::scenario::{self, Loaded};
 use core::f64::consts::PI;
 use hal_sim::plant::cut::Process;
@@ -106,10 +106,7 @@ pub(super) fn main(args: &SweepArgs) -> Result<u8, Failure> {
         }
     }
     if let Some(dir) = &args.report {
-        let page = sheet_into(dir, html(&all, args))?;
-        if !args.json {
-            say!("Report: {}", page.display());
-        }
+        sheet_told(dir, html(&all, args), args.json)?;
     }
     if args.json {
         let text = serde_json::to_string(&all).map_err(std::io::Error::from)?;

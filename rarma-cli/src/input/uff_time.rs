@@ -1,7 +1,9 @@
 //! Recordings in universal files: datasets 58 and 58b over time, each a channel.
 
 use super::bytes::Bytes;
-use super::receptance::uff_numbers::{Cursor, columns, cut_short, field, number, whole};
+use super::receptance::uff_numbers::{
+    Cursor, columns, cut_short, each_dataset, field, number, whole,
+};
 use super::stream::{Begin, Blocks, End};
 use super::whole::MOST_TABLE;
 use super::{InputError, Problem, no_channel};
@@ -87,41 +89,16 @@ pub(super) fn begin(mut bytes: Bytes, fs: Option<f64>) -> Result<Begin, InputErr
 
 /// The records over time, and how many datasets 58 are something else.
 fn read(bytes: &[u8]) -> Result<(Vec<Record>, usize), InputError> {
-    let mut cursor = Cursor {
-        bytes,
-        at: 0,
-        line: 0,
-    };
     let (mut records, mut others) = (Vec::new(), 0);
-    while let Some((line, text)) = cursor.line() {
-        if text.trim().is_empty() {
-            continue;
-        }
-        if text.trim() != "-1" {
-            return Err(InputError::new(
-                Problem::NotThisFormat,
-                format!("line {line}"),
-                "a dataset should begin with -1 here",
-                "check that this is a universal file",
-            ));
-        }
-        let Some((_, kind)) = cursor.line() else {
-            break;
-        };
+    each_dataset(bytes, |cursor, _, kind| {
         if matches!(kind.split_whitespace().next(), Some("58" | "58b")) {
-            match record(&mut cursor, &kind)? {
+            match record(cursor, kind)? {
                 Some(record) => records.push(record),
                 None => others += 1,
             }
         }
-        loop {
-            match cursor.line() {
-                Some((_, text)) if text.trim() == "-1" => break,
-                Some(_) => {}
-                None => return Err(cut_short(cursor.line)),
-            }
-        }
-    }
+        Ok(())
+    })?;
     Ok((records, others))
 }
 

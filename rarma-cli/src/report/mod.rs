@@ -119,6 +119,18 @@ pub fn sheet_into(dir: &Path, page: String) -> Result<PathBuf, Failure> {
     Ok(path)
 }
 
+/// [`sheet_into`], and a line that says where, unless `quiet`.
+///
+/// # Errors
+/// As there.
+pub fn sheet_told(dir: &Path, page: String, quiet: bool) -> Result<(), Failure> {
+    let page = sheet_into(dir, page)?;
+    if !quiet {
+        say!("Report: {}", page.display());
+    }
+    Ok(())
+}
+
 /// The page as a string.
 pub fn page(job: &ReportInput<'_>) -> String {
     let scene = Scene::new(job);

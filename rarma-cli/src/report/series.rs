@@ -36,6 +36,18 @@ pub struct Series {
     pub colour: usize,
 }
 
+impl Series {
+    /// A series of these points.
+    pub fn new(name: &str, points: Vec<(f64, f64)>, mark: Mark, colour: usize) -> Self {
+        Self {
+            name: name.to_owned(),
+            points,
+            mark,
+            colour,
+        }
+    }
+}
+
 /// Distance of a line's marks, and by how much those of the next colour are moved, pixels.
 const APART: f64 = 150.0;
 const MOVED: f64 = 24.0;

@@ -222,14 +222,8 @@ impl Nucleo {
 impl Nucleo {
     /// Ends the start, once: what runs without waiting is copied into the lower part of the start's stack,
     /// which is read-only from here on, and the current loop runs.
-    ///
-    /// # Panics
-    /// When called twice.
     pub fn start_loop(&mut self) {
-        let Some(core) = cortex_m::Peripherals::take() else {
-            panic!("the loop is started once");
-        };
-        memory::copy_program(&core.MPU);
+        memory::copy_program();
         bridges::start_loop();
     }
 }

@@ -24,8 +24,8 @@ unsafe extern "C" {
 
 /// CCM SRAM: where the core fetches from it, and where the stack lies in it.
 const COUPLED: [u32; 2] = [0x1000_0000, 0x2001_8000];
-/// Of its eight parts of 4 KiB, those that hold program.
-const PROGRAM_PARTS: u32 = 0b0001_1111;
+/// It is protected in eight parts.
+const PART_BYTES: usize = 4096;
 /// Fields of MPU_RASR (ARMv7-M, B3.5.9): never execute; read only; cached, as SRAM is; 32 KiB; on.
 const NEVER_EXECUTE: u32 = 1 << 28;
 const READ_ONLY: u32 = 0b110 << 24;
@@ -38,23 +38,21 @@ const ELSE_AS_BEFORE: u32 = 1 << 2;
 
 /// Puts the program that must not wait where the core fetches it at once, and keeps the stack, which has
 /// gone there until now, out of it.
-///
-/// # Panics
-/// The program is larger than what the stack is kept out of.
-pub(super) fn copy_program(mpu: &MPU) {
+pub(super) fn copy_program() {
     let (from, to) = (&raw const _coupled_from, &raw mut _coupled_start);
     let bytes = (&raw const _coupled_end).addr() - to.addr();
-    assert!(bytes <= 4096 * PROGRAM_PARTS.count_ones() as usize);
+    let free_parts = 0xFF_u32 << bytes.div_ceil(PART_BYTES) & 0xFF;
     // SAFETY: the linker has kept both places for that, whole words of them, apart from each other;
     // nothing there runs before, and the stack ends above it by now (xtask/src/chip/figures.rs).
     unsafe { core::ptr::copy_nonoverlapping(from, to, bytes / size_of::<u32>()) };
+    // SAFETY: nothing else here uses the unit.
+    let mpu = unsafe { &*MPU::PTR };
     for ((region, at), fetches) in (0..).zip(COUPLED).zip([0, NEVER_EXECUTE]) {
         let rights = fetches | READ_ONLY | CACHED;
         // SAFETY: nothing writes there from here on, but a stack that has grown too far.
         unsafe {
             mpu.rbar.write(at | VALID | region);
-            mpu.rasr
-                .write(rights | (!PROGRAM_PARTS & 0xFF) << 8 | KIB_32 | ON);
+            mpu.rasr.write(rights | free_parts << 8 | KIB_32 | ON);
         }
     }
     // SAFETY: as above.

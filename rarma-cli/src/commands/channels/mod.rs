@@ -13,7 +13,7 @@ use super::show;
 use crate::args::{ChannelSet, IdentifyArgs};
 use crate::failure::Failure;
 use crate::input::{self, ReadOptions, Recording};
-use crate::report::sheet_into;
+use crate::report::sheet_told;
 #[cfg(feature = "channels")]
 use fit::fit;
 
@@ -85,10 +85,7 @@ pub(super) fn main(args: &IdentifyArgs) -> Result<u8, Failure> {
         let part = Part::of(first, args.band, args.detrend)?;
         let title = input.input.display().to_string();
         let html = page::html(&found, &psd::estimate(&part), part.edges(), &title);
-        let page = sheet_into(dir, html)?;
-        if !args.json {
-            say!("Report: {}", page.display());
-        }
+        sheet_told(dir, html, args.json)?;
     }
     if args.json {
         let text = serde_json::to_string(&found).map_err(std::io::Error::from)?;

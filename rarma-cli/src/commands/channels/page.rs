@@ -100,12 +100,6 @@ fn shape(mode: &ChannelModeRecord) -> String {
             ]
         })
         .collect();
-    let series = |name: &str, points, mark, colour| Series {
-        name: name.to_owned(),
-        points,
-        mark,
-        colour,
-    };
     let last = mode.shape.len().saturating_sub(1) as f64;
     let phases: Vec<String> = mode
         .shape
@@ -118,10 +112,10 @@ fn shape(mode: &ChannelModeRecord) -> String {
         y: Scale::linear("part of the largest", -1.15, 1.15),
         height: 150.0,
         series: vec![
-            series("with the largest", points(|p| p.re), Mark::Line, 0),
-            series("", points(|p| p.re), Mark::Dots, 0),
-            series("", bars, Mark::Line, 0),
-            series("a quarter turn apart", points(|p| p.im), Mark::Dashes, 1),
+            Series::new("with the largest", points(|p| p.re), Mark::Line, 0),
+            Series::new("", points(|p| p.re), Mark::Dots, 0),
+            Series::new("", bars, Mark::Line, 0),
+            Series::new("a quarter turn apart", points(|p| p.im), Mark::Dashes, 1),
         ],
         caption: format!(
             "Phases: {}. Bars: ±1.96 sd of the magnitude.",

@@ -10,7 +10,7 @@ use crate::args::{ElsCommand, OutArgs};
 use crate::els::diagram::{Diagram, Direction};
 use crate::failure::Failure;
 use crate::report::chart::sheet;
-use crate::report::sheet_into;
+use crate::report::sheet_told;
 use serde::Serialize;
 use std::path::Path;
 
@@ -32,10 +32,11 @@ pub(super) fn out(
     value: &impl Serialize,
 ) -> Result<bool, Failure> {
     if let Some(dir) = &args.report {
-        let page = sheet_into(dir, sheet(title, name, body, env!("CARGO_PKG_VERSION")))?;
-        if !args.json {
-            say!("Report: {}", page.display());
-        }
+        sheet_told(
+            dir,
+            sheet(title, name, body, env!("CARGO_PKG_VERSION")),
+            args.json,
+        )?;
     }
     if args.json {
         let text = serde_json::to_string(value).map_err(std::io::Error::from)?;

@@ -38,21 +38,15 @@ pub(super) fn comparison(machines: &[Machine], spread: f64) -> String {
             .map(|(k, m)| (1.0 + k as f64, f(m)))
             .collect()
     };
-    let series = |name: &str, points, mark, colour| Series {
-        name: name.to_owned(),
-        points,
-        mark,
-        colour,
-    };
     let ranks = Chart {
         title: "Stiffness of the tests, stiffest first".to_owned(),
         x: Scale::linear("rank", 0.5, machines.len() as f64 + 0.5),
         y: Scale::linear("N/µm", 0.0, above(most)),
         height: 260.0,
         series: vec![
-            series("largest", of(|m| m.most.0), Mark::Dots, 2),
-            series("mean", of(|m| m.mean), Mark::Line, 0),
-            series("smallest", of(|m| m.least.0), Mark::Dots, 1),
+            Series::new("largest", of(|m| m.most.0), Mark::Dots, 2),
+            Series::new("mean", of(|m| m.mean), Mark::Line, 0),
+            Series::new("smallest", of(|m| m.least.0), Mark::Dots, 1),
         ],
         caption: format!(
             "The means are {:.0} % of their middle apart.",

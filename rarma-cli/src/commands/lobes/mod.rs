@@ -5,7 +5,7 @@ mod page;
 use super::show;
 use crate::args::LobesArgs;
 use crate::failure::Failure;
-use crate::report::sheet_into;
+use crate::report::sheet_told;
 use crate::scenario::{self, Loaded};
 use crate::truth::crossing_word;
 use hal_sim::plant::cut::Process;
@@ -62,10 +62,7 @@ pub(super) fn main(args: &LobesArgs) -> Result<u8, Failure> {
         all.push(chart?);
     }
     if let Some(dir) = &args.report {
-        let page = sheet_into(dir, page::html(&all))?;
-        if !args.json {
-            say!("Report: {}", page.display());
-        }
+        sheet_told(dir, page::html(&all), args.json)?;
     }
     if args.json {
         let text = serde_json::to_string(&all).map_err(std::io::Error::from)?;

@@ -106,15 +106,9 @@ fn limits(case: &Lobes) -> String {
         .iter()
         .map(|p| (p.speed_rpm, p.depth_mm.unwrap_or(f64::INFINITY)))
         .collect();
-    let series = |name: &str, points, mark, colour| Series {
-        name: name.to_owned(),
-        points,
-        mark,
-        colour,
-    };
     let mut all = vec![
-        series("chatter", area.clone(), Mark::Above, 1),
-        series("stable", area, Mark::Below, 0),
+        Series::new("chatter", area.clone(), Mark::Above, 1),
+        Series::new("stable", area, Mark::Below, 0),
         limit_line(case, "limit by semi-discretisation".to_owned(), 0),
     ];
     let zero: Vec<(f64, f64)> = case
@@ -123,7 +117,7 @@ fn limits(case: &Lobes) -> String {
         .map(|p| (p.speed_rpm, p.zero_order_mm.unwrap_or(f64::NAN)))
         .collect();
     if zero.iter().any(|p| p.1.is_finite()) {
-        all.push(series("zero-order limit", zero, Mark::Dashes, 3));
+        all.push(Series::new("zero-order limit", zero, Mark::Dashes, 3));
     }
     let seen = |p: &LobePoint| (p.speed_rpm, p.depth_mm.unwrap_or(top).min(top));
     let places: Vec<(f64, f64)> = case.fine.iter().map(seen).collect();
@@ -137,7 +131,7 @@ fn limits(case: &Lobes) -> String {
     let room = 0.06 * (high - low);
     let mut word = |text: &str, at: (f64, f64)| {
         let at = (at.0.clamp(low + room, high - room), at.1);
-        all.push(series(text, vec![at], Mark::Word, 0));
+        all.push(Series::new(text, vec![at], Mark::Word, 0));
     };
     if let Some(p) = at(lowest).filter(|p| p.1 < 0.75 * top) {
         word("chatter", (p.0, 0.5 * (p.1 + top)));
@@ -147,7 +141,7 @@ fn limits(case: &Lobes) -> String {
     }
     if within(case) {
         let name = format!("the scenario's own cut, {}", verdict(case));
-        all.push(series(&name, vec![case.cut], Mark::Place, 0));
+        all.push(Series::new(&name, vec![case.cut], Mark::Place, 0));
     }
     Chart {
         title: format!("Stability lobes: {}", case.scenario),

@@ -7,7 +7,8 @@
 
 use super::super::{InputError, Problem};
 use super::uff_numbers::{
-    Cursor, cut_short, field, force_of, length_of, number, numbers_binary, numbers_text, whole,
+    Cursor, cut_short, each_dataset, field, force_of, length_of, number, numbers_binary,
+    numbers_text, whole,
 };
 use super::{Function, Motion, Role};
 use rarma_rigs::els::Complex;
@@ -20,45 +21,20 @@ struct Units {
 }
 
 pub(super) fn read(bytes: &[u8]) -> Result<Vec<Function>, InputError> {
-    let mut cursor = Cursor {
-        bytes,
-        at: 0,
-        line: 0,
-    };
     let (mut functions, mut units, mut skipped) = (Vec::new(), None, 0);
     let mut sets = 0;
-    while let Some((line, text)) = cursor.line() {
-        if text.trim() != "-1" {
-            if text.trim().is_empty() {
-                continue;
-            }
-            return Err(InputError::new(
-                Problem::NotThisFormat,
-                format!("line {line}"),
-                "a dataset should begin with -1 here",
-                "check that this is a universal file",
-            ));
-        }
-        let Some((line, kind)) = cursor.line() else {
-            break;
-        };
+    each_dataset(bytes, |cursor, line, kind| {
         sets += 1;
         match kind.split_whitespace().next() {
-            Some("58" | "58b") => match function(&mut cursor, sets, &kind)? {
+            Some("58" | "58b") => match function(cursor, sets, kind)? {
                 Some(f) => functions.push((line, f)),
                 None => skipped += 1,
             },
-            Some("164") => units = Some(dataset_164(&mut cursor)?),
+            Some("164") => units = Some(dataset_164(cursor)?),
             _ => {}
         }
-        loop {
-            match cursor.line() {
-                Some((_, text)) if text.trim() == "-1" => break,
-                Some(_) => {}
-                None => return Err(cut_short(cursor.line)),
-            }
-        }
-    }
+        Ok(())
+    })?;
     if functions.is_empty() {
         return Err(InputError::new(
             Problem::NoSamples,

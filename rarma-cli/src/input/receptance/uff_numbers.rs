@@ -26,6 +26,47 @@ impl<'a> Cursor<'a> {
     }
 }
 
+/// Hands each dataset's head to `take`: the lines behind it, the line of its kind, the kind. What is
+/// not taken is passed over.
+///
+/// # Errors
+/// It is no universal file, or ends inside a dataset; those of `take`.
+pub(in crate::input) fn each_dataset(
+    bytes: &[u8],
+    mut take: impl FnMut(&mut Cursor<'_>, usize, &str) -> Result<(), InputError>,
+) -> Result<(), InputError> {
+    let mut cursor = Cursor {
+        bytes,
+        at: 0,
+        line: 0,
+    };
+    while let Some((line, text)) = cursor.line() {
+        if text.trim().is_empty() {
+            continue;
+        }
+        if text.trim() != "-1" {
+            return Err(InputError::new(
+                Problem::NotThisFormat,
+                format!("line {line}"),
+                "a dataset should begin with -1 here",
+                "check that this is a universal file",
+            ));
+        }
+        let Some((line, kind)) = cursor.line() else {
+            break;
+        };
+        take(&mut cursor, line, &kind)?;
+        loop {
+            match cursor.line() {
+                Some((_, text)) if text.trim() == "-1" => break,
+                Some(_) => {}
+                None => return Err(cut_short(cursor.line)),
+            }
+        }
+    }
+    Ok(())
+}
+
 pub(in crate::input) fn cut_short(line: usize) -> InputError {
     InputError::new(
         Problem::Truncated,
