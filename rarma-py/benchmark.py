@@ -51,6 +51,12 @@ def main() -> None:
             model.push(x[:9600])
             name = f"`RecursiveArma({p}, {q}).push(x, every={every})`"
             cases.append((name, lambda x, m=model, e=every: m.push(x, every=e)))
+    for p, channels in [(4, 2), (6, 4)]:
+        model = rarma.RecursiveChannels(p, p, channels, SAMPLE_RATE_HZ, forgetting=0.9999)
+        several = np.column_stack([np.roll(x, 100 * k) for k in range(channels)])
+        model.push(several[:9600], every=96)
+        name = f"`RecursiveChannels({p}, {p}, {channels}).push(x, every=96)`"
+        cases.append((name, lambda _, m=model, y=several: m.push(y, every=96)))
     monitor = rarma.Monitor(SAMPLE_RATE_HZ)
     cases.append(("`Monitor(…).push(x)`, order (8,7)", monitor.push))
     for name, work in cases:

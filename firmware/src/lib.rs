@@ -25,6 +25,7 @@ pub mod sensor_box;
 pub mod stand;
 pub mod store;
 pub mod tell;
+mod visit;
 
 pub use app::{App, Outcome};
 pub use board::{Block, Board, BoardError, BoardErrorKind, BoxBoard, Clock, Parts, SampleSource};

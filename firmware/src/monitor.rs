@@ -1,13 +1,19 @@
 //! The monitor duty: samples in, telemetry out. Fast path; once a sample.
 
 use crate::notices::Notices;
+use crate::visit::{flag, long};
 use rarma_box::wire::{AlarmMessage, Finished, HistogramMessage, MonitorJob, Telemetry, Verdict};
 use rarma_core::condition::{Fault, HealthCounts};
 use rarma_core::decide::{AlarmEvent, Histogram};
+use rarma_core::estimate::StateVisitor;
 use rarma_core::monitor::{Monitor, MonitorError, Report};
 
 /// The distribution of the followed mode's amplitude is told this often, s.
 const HISTOGRAM_S: f64 = 1.0;
+
+/// Samples that may be missing between two decisions in a state that is put in: two weeks at 48 kHz.
+/// Lines are said one by one up to the present sample.
+const MOST_MISSING: u64 = 1 << 36;
 
 /// Listens, and says at the rate asked for what it hears; alarms at once.
 ///
@@ -113,6 +119,17 @@ impl MonitorDuty {
         self.monitor.fault()
     }
 
+    /// Shows every number of the state to `visitor`; see [`Monitor::visit_state`]. Of no use while idle.
+    #[must_use]
+    pub fn visit_state(&mut self, visitor: &mut impl StateVisitor<f32>) -> bool {
+        let Some(telling) = &mut self.telling else {
+            return false;
+        };
+        let sound = telling.visit_state(visitor) && self.monitor.visit_state(visitor);
+        let since = self.monitor.samples().checked_sub(telling.counted_to);
+        sound && since.is_some_and(|since| since < MOST_MISSING)
+    }
+
     /// Last message of the run.
     pub fn finished(
         &self,
@@ -178,6 +195,47 @@ impl Telling {
             removed: LongSum::default(),
             heard: LongSum::default(),
         }
+    }
+
+    fn visit_state(&mut self, visitor: &mut impl StateVisitor<f32>) -> bool {
+        // All of them by name, so that none is forgotten.
+        let Self {
+            job: _,
+            next_line,
+            next_part,
+            every: _,
+            every_part: _,
+            state_samples,
+            counted_to,
+            standing,
+            notices,
+            next_histogram,
+            histogram_samples: _,
+            locked_samples,
+            removed,
+            heard,
+        } = self;
+        visitor.part("Telling next_line next_part state_samples counted_to standing notices next_histogram locked_samples removed heard");
+        for n in state_samples {
+            long(n, visitor);
+        }
+        for n in [&mut *next_line, counted_to, next_histogram, locked_samples] {
+            long(n, visitor);
+        }
+        visitor.count(next_part);
+        let mut stands = standing.is_some();
+        let (mut frequency, mut damping) = standing.unwrap_or_default();
+        flag(&mut stands, visitor);
+        for x in [&mut frequency, &mut damping] {
+            visitor.number(x);
+        }
+        *standing = stands.then_some((frequency, damping));
+        notices.visit_state(visitor);
+        for sum in [removed, heard] {
+            visitor.number(&mut sum.sum);
+            visitor.number(&mut sum.excess);
+        }
+        *next_line > *counted_to
     }
 
     /// First message of the run.

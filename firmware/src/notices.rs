@@ -1,7 +1,9 @@
 //! What the host should know of the spindle, said once and not at every decision.
 
+use crate::visit::{flag, long};
 use rarma_box::wire::{Notice, NoticeMessage, Telemetry};
 use rarma_core::condition::TachoFault;
+use rarma_core::estimate::StateVisitor;
 use rarma_core::monitor::Report;
 
 /// A fault of the tacho that comes back within this time is the same one, s. A tacho
@@ -26,6 +28,23 @@ impl Notices {
             contradicted: false,
             stood: [None; FAULTS],
             same_fault_samples: (SAME_FAULT_S * fs_hz) as u64,
+        }
+    }
+
+    /// See [`MonitorDuty::visit_state`](crate::monitor::MonitorDuty::visit_state).
+    pub(crate) fn visit_state(&mut self, visitor: &mut impl StateVisitor<f32>) {
+        let Self {
+            contradicted,
+            stood,
+            same_fault_samples: _,
+        } = self;
+        flag(contradicted, visitor);
+        for stood in stood {
+            let mut stands = stood.is_some();
+            let mut at = stood.unwrap_or(0);
+            flag(&mut stands, visitor);
+            long(&mut at, visitor);
+            *stood = stands.then_some(at);
         }
     }
 

@@ -7,7 +7,7 @@ use hal_sim::plant::cut::{Process, Scenario, VirtualCut};
 use hal_sim::plant::milling::MillingConfig;
 use hal_sim::plant::modal::Mode;
 use hal_sim::plant::process::{ForceNoise, Schedule};
-use rarma_cli::scenario;
+use rarma_scenarios::scenario;
 use std::time::Instant;
 
 const RUNS: usize = 5;

@@ -137,6 +137,30 @@ pub struct Played {
     pub heard_hz: Option<f64>,
     /// Place of the tool in the last half second, m.
     pub last_m: Vec<[f64; 2]>,
+    /// Its swing (from the least to the most in the direction that swings more, in each 20 ms) over
+    /// time, s and m.
+    pub swing_m: Vec<(f64, f64)>,
+}
+
+/// From the least to the most of the tool's place, m, by direction.
+#[derive(Debug, Clone, Copy)]
+struct Extent([(f64, f64); 2]);
+
+impl Extent {
+    const NONE: Self = Self([(f64::MAX, f64::MIN); 2]);
+
+    fn take(&mut self, position_m: [f64; 2]) {
+        for ((least, most), x) in self.0.iter_mut().zip(position_m) {
+            (*least, *most) = (least.min(x), most.max(x));
+        }
+    }
+
+    fn swing_m(&self) -> f64 {
+        self.0
+            .iter()
+            .map(|(least, most)| most - least)
+            .fold(0.0, f64::max)
+    }
 }
 
 /// What may be ordered in these loops.
@@ -216,12 +240,15 @@ pub fn play(case: &Case, actor: &mut Actor, spindle: &mut impl Turns) -> Played 
         speeds: Vec::new(),
         heard_hz: None,
         last_m: Vec::new(),
+        swing_m: Vec::new(),
     };
+    let mut extent = Extent::NONE;
     let mut chatter_hz = None;
     let mut n = 0;
     while let Some(reading) = cut.next() {
         n += 1;
         let t_s = n as f64 / FS_HZ;
+        extent.take(cut.machine().position_m);
         if t_s > LENGTH_S - END_S {
             out.last_m.push(cut.machine().position_m);
         }
@@ -252,6 +279,8 @@ pub fn play(case: &Case, actor: &mut Actor, spindle: &mut impl Turns) -> Played 
             }
         }
         if n % every(STEP_S) == 0 {
+            out.swing_m.push((t_s, extent.swing_m()));
+            extent = Extent::NONE;
             actor.heard(t_s, chatter_hz);
             let step = actor.step(t_s, |record| out.records.push(record));
             step.expect("no log");

@@ -12,6 +12,8 @@ use rarma_core::decide::{StructuralMode, Structure};
 pub const REACH: (f64, f64) = (0.5, 1.5);
 /// Speeds that are looked at, half a percent of the present one apart.
 const SPEEDS: usize = 201;
+/// From one to the next that is looked at where any will do; it meets them all.
+const STRIDE: usize = 40;
 /// A pocket is so many of them in a row: 1 % of the present speed.
 const POCKET: usize = 3;
 /// Cuts at least so deep over their limit.
@@ -48,7 +50,7 @@ pub struct Case {
 }
 
 /// The monitor's usual band, without its rims, Hz.
-const HEARD_HZ: Range<f64> = 320.0..2400.0;
+pub const HEARD_HZ: Range<f64> = 320.0..2400.0;
 
 /// Whether the whole loop can be played with it: milled, with equal teeth, and chatter that can
 /// be heard.
@@ -70,17 +72,23 @@ pub struct Told {
 }
 
 impl Case {
-    /// The cut of this seed, where it is deep and chatters.
+    /// The cut of this seed, where it is deep and chatters; what is within its reach is not looked at.
     ///
     /// # Panics
     /// The population has a defect.
     #[must_use]
-    pub fn draw(seed: u64) -> Option<Self> {
+    pub fn deep(seed: u64) -> Option<Self> {
         let cut = Cut::draw(seed).unwrap_or_else(|why| panic!("seed {seed}: {why:?}"));
-        if cut.limit_part() < DEEP || cut.operational().1 >= 0.0 {
-            return None;
-        }
-        let mut case = Self::of(cut);
+        (cut.limit_part() >= DEEP && cut.operational().1 < 0.0).then(|| Self::of(cut))
+    }
+
+    /// The same, with what is within its reach.
+    ///
+    /// # Panics
+    /// As [`deep`](Self::deep).
+    #[must_use]
+    pub fn draw(seed: u64) -> Option<Self> {
+        let mut case = Self::deep(seed)?;
         let (mut row, mut longest) = (0, 0);
         for i in 0..SPEEDS {
             let part = i as f64 / (SPEEDS - 1) as f64;
@@ -94,6 +102,21 @@ impl Case {
             _ => Within::Thin,
         };
         Some(case)
+    }
+
+    /// The cut of this seed, where it is deep and chatters, and no speed within reach is stable.
+    ///
+    /// # Panics
+    /// As [`deep`](Self::deep).
+    #[must_use]
+    pub fn draw_without(seed: u64) -> Option<Self> {
+        let case = Self::deep(seed)?;
+        // All of them, but far apart first: a pocket is soon met.
+        let stable = |i: usize| {
+            let part = (i * STRIDE % SPEEDS) as f64 / (SPEEDS - 1) as f64;
+            case.root(REACH.0 + (REACH.1 - REACH.0) * part).is_none()
+        };
+        (!(0..SPEEDS).any(stable)).then_some(case)
     }
 
     /// Any cut; what is within its reach is not looked at.
@@ -126,8 +149,14 @@ impl Case {
     /// cannot be told is not stable.
     #[must_use]
     pub fn root(&self, ratio: f64) -> Option<f64> {
+        self.root_of(ratio, 1.0)
+    }
+
+    /// The same at a part of its depth.
+    #[must_use]
+    pub fn root_of(&self, ratio: f64, depth: f64) -> Option<f64> {
         let there = self.process.at_spindle_hz(ratio * self.cut.spindle_hz());
-        let root = roots(&there, 0.0, self.depth_m, 1).ok();
+        let root = roots(&there, 0.0, depth * self.depth_m, 1).ok();
         match root.as_ref().and_then(|r| r.first()) {
             Some(root) if root.growth_per_s < 0.0 => None,
             Some(root) => Some(root.f_hz),
@@ -146,6 +175,22 @@ impl Case {
         with_structure: bool,
     ) -> Option<Proposal<f64>> {
         let hz = self.cut.spindle_hz();
+        let known = tried
+            .iter()
+            .map(|ratio| KnownCut::chattered(ratio * hz, None));
+        self.proposed_knowing(told, ratio, &known.collect::<Vec<_>>(), with_structure)
+    }
+
+    /// The same where these cuts are known.
+    #[must_use]
+    pub fn proposed_knowing(
+        &self,
+        told: Told,
+        ratio: f64,
+        known: &[KnownCut<f64>],
+        with_structure: bool,
+    ) -> Option<Proposal<f64>> {
+        let hz = self.cut.spindle_hz();
         let heard = HeardChatter {
             f_hz: told.f_hz,
             f_sd_hz: told.f_sd_hz,
@@ -153,16 +198,9 @@ impl Case {
             spindle_sd_hz: 0.001 * hz,
             teeth: self.cut.teeth() as u32,
         };
-        let known: Vec<KnownCut<f64>> = tried
-            .iter()
-            .map(|ratio| KnownCut {
-                spindle_hz: ratio * hz,
-                stable: false,
-            })
-            .collect();
         let reach = AdviceConfig::reach(REACH.0 * hz, REACH.1 * hz);
         let structure = with_structure.then_some(&self.structure);
-        let advice = advise(&reach, &heard, structure, &known).expect("sound");
+        let advice = advise(&reach, &heard, structure, known).expect("sound");
         advice.first().copied()
     }
 

@@ -49,8 +49,22 @@ impl Case {
 
 /// The commands that can be run on any machine. A test asks that none is missing; `target`
 /// needs an emulator and says what `monitor` says, by the same lines; `connect` needs a box
-/// that answers; `listen` needs a sound card (`rarma-cli/tests/sound_card.rs`).
-pub const ELSEWHERE: [&str; 3] = ["target", "connect", "listen"];
+/// that answers; `listen` needs a sound card (`rarma-cli/tests/sound_card.rs`); `store`, `trends`, `plant`
+/// and `gateway` need the feature `fleet` (`rarma-cli/tests/fleet.rs`, `gateway.rs`).
+pub const ELSEWHERE: [&str; 12] = [
+    "gateway",
+    "target",
+    "connect",
+    "listen",
+    "store add",
+    "store receive",
+    "store show",
+    "store ask",
+    "store export",
+    "store thin",
+    "trends",
+    "plant",
+];
 
 /// One case or more of every command but [`ELSEWHERE`].
 #[must_use]

@@ -241,6 +241,7 @@ fn chatter() -> Samples {
     const STEPS: usize = 8;
     let mut lathe = Turning::new(TurningConfig {
         spindle_hz: 150.0,
+        variation: None,
         feed_m: 1e-4,
         nose_radius_m: 0.8e-3,
         ks_n_per_m2: KS,

@@ -2,8 +2,9 @@
 
 use hal_sim::plant::ldbb::drive::{Recorded, Test, Trouble, circles};
 use hal_sim::plant::ldbb::{AirConfig, Around, BenchConfig, GaugeConfig, Geometry, MachineConfig};
-use rarma_cli::ldbb::{Findings, Options, RunData, evaluate, from_recorded};
+use rarma_recordings::input::RunData;
 use rarma_rigs::ldbb::{ForceLaw, ProcedureConfig, Schedule, ValveConfig};
+use rarma_scenarios::ldbb::{Findings, Options, evaluate, from_recorded};
 
 /// The eight pressures of the thesis, Pa.
 pub const PRESSURES_PA: [f32; 8] = [4e4, 1e5, 2e5, 3e5, 4e5, 5e5, 6e5, 7e5];

@@ -7,8 +7,9 @@ use hal_sim::plant::ldbb::{BenchConfig, MotionFault};
 use hal_sim::rig::{FaultEvent, RigSetUp, SimBox, SimRig};
 use rarma_box::guard::{FaultCode, Mode, Severity, Stage};
 use rarma_box::wire::{Answer, CIRCLE_RATE_HZ, CircleJob, CircleMessage, Command, Telemetry};
-use rarma_cli::ldbb::{Findings, Options, RunData, evaluate};
+use rarma_recordings::input::RunData;
 use rarma_rigs::ldbb::{AngleMap, ForceLaw, ProcedureConfig, RunFault, Sense};
+use rarma_scenarios::ldbb::{Findings, Options, evaluate};
 
 /// Feed of the circles: 2000 mm/min.
 const FEED_M_S: f32 = 2000.0 / 6e4;

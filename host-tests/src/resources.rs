@@ -5,7 +5,7 @@
 //! `RARMA_REQUIRE_SHARED=1` or `RARMA_REQUIRE_TARGET=1` is set (as `.ci/run` does)
 //! it fails instead.
 
-use rarma_cli::input::{self, ReadOptions, Recording};
+use rarma_recordings::input::{self, ReadOptions, Recording};
 use serde_json::Value;
 use std::env;
 use std::io::Write;

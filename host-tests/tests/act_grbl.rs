@@ -4,8 +4,8 @@
 use host_tests::files::Folder;
 use host_tests::grbl::Grbl;
 use rarma_cli::controller::{self, ActRecord, Actor, Chatter, What};
-use rarma_cli::scenario;
 use rarma_core::act::ActConfig;
+use rarma_scenarios::scenario;
 use std::io::Write as _;
 use std::process::{Command, Stdio};
 use std::thread;

@@ -136,6 +136,69 @@ fn the_page_says_what_to_do_first() {
 }
 
 #[test]
+fn what_is_known_of_other_cuts_counts_and_is_remembered() {
+    let folder = Folder::default();
+    let file = cut(&folder);
+    let cuts = folder.path().join("cuts.csv");
+    let known = format!("{SPEED_AND_TEETH} --known {} --depth-mm 2", cuts.display());
+    let first = |options: &str| {
+        let answer = last(&on("advise", &file, &format!("{options} --json")));
+        answer["alarms"][0]["advice"]["speeds"][0]["rpm"].as_f64()
+    };
+    let before = first(SPEED_AND_TEETH).expect("a speed");
+    // Heard a first time: the file is made, with the alarm in it.
+    assert_eq!(first(&format!("{known} --remember")), Some(before));
+    let text = std::fs::read_to_string(&cuts).expect("cuts");
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!((lines.len(), lines[0]), (2, "rpm,state,f,depth"));
+    assert!(
+        lines[1].contains(",chatter,") && lines[1].ends_with(",2"),
+        "{text}"
+    );
+    // The proposed speed was tried since, and chatters: another one is proposed, or none.
+    std::fs::write(&cuts, format!("{text}{before},chatter,,2")).expect("written");
+    let second = first(&known);
+    let is_other = second.is_none_or(|rpm| (rpm / before - 1.0).abs() > 0.01);
+    assert!(is_other, "{before} {second:?}");
+    // A line is added to what has no end of line, and nothing of it is lost.
+    first(&format!("{known} --remember"));
+    let text = std::fs::read_to_string(&cuts).expect("cuts");
+    assert_eq!(text.lines().count(), 4, "{text}");
+    assert!(text.contains(&format!("{before},chatter,,2\n")), "{text}");
+}
+
+#[test]
+fn a_list_of_cuts_that_is_none_is_refused_before_anything_is_heard() {
+    let folder = Folder::default();
+    let file = cut(&folder);
+    let cuts = folder.path().join("cuts.csv");
+    for (text, options, code, says) in [
+        ("rpm,state\n0,stable\n", "", 3, "line 2"),
+        ("rpm\n100\n", "", 3, "no column state"),
+        ("rpm,state,depth\n100,stable,1\n", "", 2, "--depth-mm"),
+        (
+            "state,rpm\nstable,100\n",
+            "--remember",
+            2,
+            "rpm,state,f,depth",
+        ),
+    ] {
+        std::fs::write(&cuts, text).expect("written");
+        let options = format!("{SPEED_AND_TEETH} --known {} {options}", cuts.display());
+        let ended = on("advise", &file, &options);
+        assert_eq!(ended.code, Some(code), "{text}: {}", ended.stderr);
+        assert!(ended.stderr.contains(says), "{text}: {}", ended.stderr);
+        assert_eq!(ended.stdout, "", "{text}");
+        assert_eq!(std::fs::read_to_string(&cuts).expect("cuts"), text);
+    }
+    let absent = format!(
+        "{SPEED_AND_TEETH} --known {}/none.csv",
+        folder.path().display()
+    );
+    assert_eq!(on("advise", &file, &absent).code, Some(3));
+}
+
+#[test]
 fn odd_options_are_refused() {
     let folder = Folder::default();
     let file = folder.path().join("no.wav");
@@ -146,6 +209,8 @@ fn odd_options_are_refused() {
         "--reach nan:100",
         "--power 0",
         "--power x",
+        "--remember",
+        "--depth-mm 0",
     ] {
         let ended = on("advise", &file, options);
         assert_eq!(ended.code, Some(2), "{options}");

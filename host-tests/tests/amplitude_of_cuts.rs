@@ -8,9 +8,9 @@ use hal_sim::plant::delay::DepthSearch;
 use hal_sim::plant::truth::{limit_of, roots};
 use host_tests::amplitude::{Heard, Listening, listen};
 use host_tests::bars::{all_judged, holds};
-use rarma_cli::ear;
-use rarma_cli::scenario;
 use rarma_core::decide::Amplitude;
+use rarma_scenarios::ear;
+use rarma_scenarios::scenario;
 
 /// Memory, s, and length of each cut after it has settled, s.
 const MEMORY_S: f64 = 2.0;
@@ -26,7 +26,7 @@ fn cut(name: &str, part: f64, remove_lines: bool) -> Heard {
     let cut = VirtualCut::new(&played).expect("a cut");
     let how = Listening {
         fs_hz: cut.sample_rate_hz(),
-        band: ear::band(&loaded),
+        band: loaded.band(),
         order: loaded.hints.order,
         memory_s: MEMORY_S,
         spindle_hz: (process.teeth() > 1).then(|| process.spindle_hz()),

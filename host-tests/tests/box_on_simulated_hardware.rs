@@ -131,7 +131,7 @@ fn wav_through_the_microphone_says_what_listen_says() {
         let microphone = Microphone::playing(&path).expect("a WAV");
         assert_eq!(microphone.fs_hz(), FS);
         let played = play(microphone, &job());
-        let recording = rarma_cli::input::read(&path, &Default::default()).expect("a WAV");
+        let recording = rarma_recordings::input::read(&path, &Default::default()).expect("a WAV");
         let listened = commands::listen(&job(), recording.samples_f32(), |_| {}).expect("a run");
         assert_eq!(played.run(), listened, "{}", path.display());
         assert_eq!(listened.summary.alarms.len(), 1);

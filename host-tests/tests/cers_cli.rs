@@ -6,7 +6,7 @@
 use host_tests::files::Folder;
 use host_tests::process::{Ended, Rarma};
 use host_tests::rarma;
-use rarma_cli::scenario::{SHIPPED_CERS, cers_schema, parse_cers};
+use rarma_scenarios::scenario::{SHIPPED_CERS, cers_schema, parse_cers};
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::fs;
@@ -105,7 +105,7 @@ fn shipped_measurements_and_their_schema() {
     }
     let path = concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/../rarma-cli/scenarios/cers-schema.json"
+        "/../rarma-scenarios/scenarios/cers-schema.json"
     );
     let text = fs::read_to_string(path).expect("the schema beside the tests");
     let kept: Value = serde_json::from_str(&text).expect("JSON");
@@ -184,12 +184,12 @@ fn run_and_analyse_agree() {
     // The plant's directions are turned by 0.1 rad.
     assert!((angle - 5.73).abs() < 0.1, "{angle}");
     // Our own reader takes the universal file: four functions, two lists of lines.
-    let functions = rarma_cli::input::read_receptances(&uff).expect("a universal file");
+    let functions = rarma_recordings::input::read_receptances(&uff).expect("a universal file");
     assert_eq!(functions.len(), 4);
     let table = fs::read_to_string(&csv).expect("a table");
     assert!(table.starts_with("force,motion,sensor,freq_hz,re_m_per_s2_per_N"));
     assert!(table.lines().count() > 3900);
-    let x = rarma_cli::input::read_structure(&structure.join("structure-x.json"));
+    let x = rarma_recordings::input::read_structure(&structure.join("structure-x.json"));
     assert_eq!(x.expect("a structure").modes().len(), 7);
     let html = fs::read_to_string(page.join("index.html")).expect("a page");
     for word in ["Accelerance, magnitude", "Coherence", "table 3, EMA"] {

@@ -3,10 +3,10 @@
 //!
 //! `cargo test --release -p host-tests --test cers_host -- --ignored --nocapture`
 
-use rarma_cli::cers::measure::measured;
-use rarma_cli::cers::modes::{ModeRow, modes};
-use rarma_cli::cers::response::cleaned;
-use rarma_cli::scenario::load_cers;
+use rarma_scenarios::cers::modes::{ModeRow, modes};
+use rarma_scenarios::cers::response::cleaned;
+use rarma_scenarios::measure::measured;
+use rarma_scenarios::scenario::load_cers;
 use rayon::prelude::*;
 
 /// Seeds of the short form; the long one takes twenty, from a seed that nothing was tried on.

@@ -10,7 +10,7 @@ use host_tests::files::Folder;
 use host_tests::resources::{Known, shared_or_skip};
 use host_tests::watch::each;
 use host_tests::{page, rarma, signal};
-use rarma_cli::input::{self, ReadOptions, Recording};
+use rarma_recordings::input::{self, ReadOptions, Recording};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::io::Write as _;

@@ -10,10 +10,10 @@ use hal_sim::plant::process::Schedule;
 use host_tests::bars::{all_judged, holds};
 use host_tests::statistics::quantile;
 use host_tests::watch::each;
-use rarma_cli::ear::{self, Forced};
-use rarma_cli::scenario::{self, Loaded};
 use rarma_core::decide::AlarmEvent;
 use rarma_core::monitor::{Monitor, MonitorConfig, SpindleReport};
+use rarma_scenarios::ear::{self, Forced};
+use rarma_scenarios::scenario::{self, Loaded};
 
 const SCENARIO: &str = "override-turned";
 const SEEDS: u64 = 8;
@@ -122,7 +122,7 @@ impl Heard {
 fn heard(seed: u64, told: Told) -> Heard {
     let loaded = scenario::load(SCENARIO, Some(seed)).expect("a shipped scenario");
     let truth = Truth::of(&loaded);
-    let band = ear::band(&loaded);
+    let band = loaded.band();
     let sound = ear::hear(&loaded.scenario, band, Forced::Kept).expect("a cut");
     let start_hz = truth.spindle_hz.at(0.0);
     let config = MonitorConfig {

@@ -12,10 +12,10 @@ use hal_sim::plant::truth::{limit_of, roots};
 use host_tests::bars::{all_judged, holds};
 use host_tests::statistics::quantile;
 use host_tests::watch::{Watched, each, watch};
-use rarma_cli::ear::{self, Forced, SETTLE_S};
-use rarma_cli::scenario::{self, Loaded};
 use rarma_core::decide::State;
 use rarma_core::monitor::MonitorConfig;
+use rarma_scenarios::ear::{self, Forced, SETTLE_S};
+use rarma_scenarios::scenario::{self, Loaded};
 
 /// Shipped scenario, and another speed than its own, 1/min.
 const CASES: [(&str, Option<f64>); 7] = [
@@ -96,7 +96,7 @@ fn heard(case: &Case, depth: Schedule, seconds: f64, seed: u64) -> Watched {
     // finer steps keep a quiet cut as it was.
     cut.microphone.converter.full_scale *= 10.0;
     cut.microphone.converter.bits = 24;
-    let band = ear::band(&case.loaded);
+    let band = case.loaded.band();
     let heard = ear::hear(&cut, band, Forced::Kept).expect("a cut");
     let config = MonitorConfig {
         full_scale: Some(1.0),

@@ -4,8 +4,8 @@
 //! `cargo test --release -p host-tests --test els_hammer -- --nocapture`
 
 use host_tests::resources::{Known, shared_or_skip};
-use rarma_cli::els::hammer::{Blow, Sensor, modes_in_frequency};
 use rarma_rigs::els::AgreedMode;
+use rarma_scenarios::els::hammer::{Blow, Sensor, modes_in_frequency};
 
 const BAND_HZ: (f64, f64) = (500.0, 3000.0);
 

@@ -177,7 +177,7 @@ fn what_is_wrong_is_one_line() {
 #[test]
 fn systems_that_cannot_be_are_one_line() {
     let folder = Folder::default();
-    let text = include_str!("../../rarma-cli/scenarios/els-load-bar.toml");
+    let text = include_str!("../../rarma-scenarios/scenarios/els-load-bar.toml");
     let run = |name: &str, text: &str| {
         let file = folder.file(name, text.as_bytes());
         let shown = file.display().to_string();

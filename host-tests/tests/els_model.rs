@@ -9,7 +9,7 @@ use host_tests::rarma;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use rarma_cli::scenario::{SHIPPED_ELS, els_schema, load_els};
+use rarma_scenarios::scenario::{SHIPPED_ELS, els_schema, load_els};
 use serde_json::Value;
 
 fn model(name: &str) -> Value {
@@ -210,7 +210,7 @@ fn joints_come_back_from_load_steps_and_receptances() {
 fn the_schema_is_kept() {
     let path = concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/../rarma-cli/scenarios/els-schema.json"
+        "/../rarma-scenarios/scenarios/els-schema.json"
     );
     let text = std::fs::read_to_string(path).expect("the schema beside the systems");
     let kept: Value = serde_json::from_str(&text).expect("JSON");

@@ -7,11 +7,11 @@ use hal_sim::plant::cut::VirtualCut;
 use host_tests::resources::{Known, shared_or_skip, target_elf_or_skip};
 use rarma_box::wire::MonitorJob;
 use rarma_cli::commands;
-use rarma_cli::input::Recording;
 use rarma_cli::record::{ModeRecord, Run};
-use rarma_cli::scenario;
 use rarma_core::Order;
 use rarma_core::monitor::MonitorConfig;
+use rarma_recordings::input::Recording;
+use rarma_scenarios::scenario;
 use std::path::{Path, PathBuf};
 
 /// Longest difference of an alarm's time, s.

@@ -135,8 +135,8 @@ fn what_others_write_is_read() {
     assert!(wrote.status.success(), "{wrote:?}");
     for name in ["text.uff", "binary.uff"] {
         let path = folder.path().join(name);
-        let options = rarma_cli::input::ReadOptions::default();
-        let read = rarma_cli::input::read_channels(&path, &options, None, None);
+        let options = rarma_recordings::input::ReadOptions::default();
+        let read = rarma_recordings::input::read_channels(&path, &options, None, None);
         let read = read.unwrap_or_else(|why| panic!("{why}"));
         assert_eq!(read.len(), 2, "{name}");
         for (channel, recording) in read.iter().enumerate() {

@@ -69,6 +69,7 @@ fn no_command_is_missing_here() {
         "more",
         "structure",
         "speed_from",
+        "known",
         "uu",
         "uv",
         "vu",

@@ -6,7 +6,7 @@
 use host_tests::files::Folder;
 use host_tests::process::{Ended, Rarma};
 use host_tests::rarma;
-use rarma_cli::scenario::{SHIPPED_LDBB, ldbb_schema, parse_ldbb};
+use rarma_scenarios::scenario::{SHIPPED_LDBB, ldbb_schema, parse_ldbb};
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::fmt::Write as _;
@@ -255,7 +255,7 @@ fn scenarios_and_their_schema() {
     );
     let path = concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/../rarma-cli/scenarios/ldbb-schema.json"
+        "/../rarma-scenarios/scenarios/ldbb-schema.json"
     );
     let text = std::fs::read_to_string(path).expect("the schema beside the tests");
     let kept: Value = serde_json::from_str(&text).expect("JSON");

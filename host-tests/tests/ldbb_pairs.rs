@@ -7,9 +7,10 @@ use hal_sim::plant::ldbb::drive::{Trouble, circles};
 use host_tests::files::Folder;
 use host_tests::process::{Ended, Rarma};
 use host_tests::rarma;
-use rarma_cli::ldbb::{RunData, from_recorded, without_its_other};
-use rarma_cli::scenario::{SHIPPED_LDBB, parse_ldbb};
+use rarma_recordings::input::RunData;
 use rarma_rigs::ldbb::{ForceLaw, Schedule, Sense, ValveConfig};
+use rarma_scenarios::ldbb::{from_recorded, without_its_other};
+use rarma_scenarios::scenario::{SHIPPED_LDBB, parse_ldbb};
 use std::ffi::OsStr;
 
 fn program() -> Rarma {

@@ -8,12 +8,13 @@ use hal_sim::plant::ldbb::machine::Commanded;
 use hal_sim::plant::ldbb::{Around, BenchConfig, Machine};
 use host_tests::bars::holds;
 use host_tests::ldbb::{PRESSURES_PA, at_feed, found, m3};
-use rarma_cli::ldbb::evaluate::AtForce;
-use rarma_cli::ldbb::stiffness::{AllRound, static_cycles};
-use rarma_cli::ldbb::{Findings, Static};
+use rarma_recordings::input::Static;
 use rarma_rigs::ldbb::{
     ForceLaw, Inclination, LdbbError, ProcedureConfig, Schedule, StandingConfig, ValveConfig,
 };
+use rarma_scenarios::ldbb::Findings;
+use rarma_scenarios::ldbb::evaluate::AtForce;
+use rarma_scenarios::ldbb::stiffness::{AllRound, static_cycles};
 
 fn stiffness(f: &Findings) -> &AllRound {
     f.stiffness.as_ref().expect("eight forces")
@@ -178,8 +179,9 @@ fn inclinations() {
         .expect("sound");
         assert_eq!(test.fault, None, "{deg}°");
         let runs = host_tests::ldbb::runs(&test.runs, &config, bench.inclination_rad);
-        let f = rarma_cli::ldbb::evaluate(&runs, &[], &rarma_cli::ldbb::Options::default())
-            .expect("a test");
+        let f =
+            rarma_scenarios::ldbb::evaluate(&runs, &[], &rarma_scenarios::ldbb::Options::default())
+                .expect("a test");
         let s = stiffness(&f);
         let mean = s.mean_n_per_um;
         let want = 11.8 * (1.0 + 0.9 * deg.to_radians().sin());

@@ -6,8 +6,8 @@
 use host_tests::files::Folder;
 use host_tests::process::Ended;
 use host_tests::rarma;
-use rarma_cli::input::{ReadOptions, read};
-use rarma_cli::scenario::SHIPPED_LDBB;
+use rarma_recordings::input::{ReadOptions, read};
+use rarma_scenarios::scenario::SHIPPED_LDBB;
 use std::ffi::OsStr;
 use std::path::Path;
 

@@ -22,12 +22,13 @@ const ODD: [&str; 11] = [
 ];
 
 /// `{}` stands for the number, `FILE` for a recording of two channels, `RAW` for a raw one.
-const OPTIONS: [&str; 35] = [
+const OPTIONS: [&str; 36] = [
     "advise FILE --json --rpm={} --teeth=4",
     "advise FILE --json --rpm=6000 --teeth={}",
     "advise FILE --json --rpm=6000 --teeth=4 --reach={}:120",
     "advise FILE --json --rpm=6000 --teeth=4 --reach=50:{}",
     "advise FILE --json --rpm=6000 --teeth=4 --power={}",
+    "advise FILE --json --rpm=6000 --teeth=4 --depth-mm={}",
     "monitor FILE --json --rpm={}",
     "monitor FILE --json --rpm=6000 --teeth={}",
     "monitor FILE --json --threshold={}",

@@ -15,8 +15,8 @@ use hal_sim::plant::truth::roots;
 use host_tests::files::{FLOAT, Folder, wav};
 use host_tests::rarma;
 use host_tests::statistics::{quantile, rms};
-use rarma_cli::ear::{self, Forced};
-use rarma_cli::scenario::{self, Loaded};
+use rarma_scenarios::ear::{self, Forced};
+use rarma_scenarios::scenario::{self, Loaded};
 use std::path::{Path, PathBuf};
 
 /// Of the modes as the cut begins, left out, s.
@@ -28,7 +28,7 @@ const MODE: (f64, f64) = (980.0, 0.02);
 /// A cut at a constant depth as a recording.
 fn record(folder: &Folder, loaded: &Loaded, process: &Process, depth_m: f64, seed: u64) -> PathBuf {
     let cut = ear::held(loaded, process, depth_m, SECONDS, seed);
-    let heard = ear::hear(&cut, ear::band(loaded), Forced::Kept).expect("a cut");
+    let heard = ear::hear(&cut, loaded.band(), Forced::Kept).expect("a cut");
     let data: Vec<u8> = heard
         .samples
         .iter()

@@ -74,7 +74,7 @@ const READERS: [Reader; 5] = [
 
 fn shipped(name: &str) -> String {
     let path = format!(
-        "{}/../rarma-cli/scenarios/{name}.toml",
+        "{}/../rarma-scenarios/scenarios/{name}.toml",
         env!("CARGO_MANIFEST_DIR")
     );
     std::fs::read_to_string(&path).unwrap_or_else(|why| panic!("{path}: {why}"))

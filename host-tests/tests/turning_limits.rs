@@ -8,7 +8,7 @@ use hal_sim::plant::delay::{DepthSearch, limit, turning_delay, turning_roots};
 use hal_sim::plant::process::{Contact, ForceNoise, Schedule};
 use hal_sim::plant::stability::{turning_limit, turning_lobe_hz};
 use hal_sim::plant::turning::{Turning, TurningConfig};
-use rarma_cli::scenario;
+use rarma_scenarios::scenario;
 
 /// Amplitude of the fourth quarter over that of the second, 0.8 s: own reference,
 /// another program.
@@ -24,6 +24,7 @@ fn lathe() -> TurningConfig {
     };
     TurningConfig {
         spindle_hz: turning_lobe_hz(&config.modes[0], 5),
+        variation: None,
         feed_m: 0.0,
         noise: ForceNoise::default(),
         contact: Contact::Linear,

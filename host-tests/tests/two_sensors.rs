@@ -11,12 +11,12 @@ use host_tests::files::{FLOAT, Folder, wav};
 use host_tests::resources::{Known, shared_or_skip};
 use host_tests::statistics::{quantile, rms};
 use host_tests::{rarma, signal};
-use rarma_cli::ear::{self, Forced};
-use rarma_cli::scenario;
 use rarma_core::Monitor;
 use rarma_core::condition::Fault;
 use rarma_core::decide::{AlarmEvent, ChannelFault};
 use rarma_core::monitor::{MonitorConfig, PairConfig, PairMonitor};
+use rarma_scenarios::ear::{self, Forced};
+use rarma_scenarios::scenario;
 use serde_json::Value;
 use std::collections::BTreeMap;
 
@@ -277,7 +277,7 @@ fn time_to_the_call_and_false_calls() {
 #[test]
 fn a_virtual_cut_heard_twice() {
     let loaded = scenario::load("chatter-onset", None).expect("a shipped scenario");
-    let band = ear::band(&loaded);
+    let band = loaded.band();
     let onset = loaded
         .scenario
         .truth()

@@ -15,12 +15,12 @@ use host_tests::rarma;
 use rarma_box::wire::MonitorJob;
 use rarma_cli::args::{Cli, Command, IdentifyArgs};
 use rarma_cli::commands::{IdentifiedMode, identify, listen};
-use rarma_cli::ear::{self, Forced};
 use rarma_cli::record::Summary;
-use rarma_cli::scenario::{self, Loaded};
 use rarma_core::Order;
 use rarma_core::condition::Band;
 use rarma_core::monitor::MonitorConfig;
+use rarma_scenarios::ear::{self, Forced};
+use rarma_scenarios::scenario::{self, Loaded};
 
 fn load(name: &str) -> Loaded {
     scenario::load(name, None).expect("a shipped scenario")
@@ -217,7 +217,7 @@ fn every_shipped_scenario_is_called_as_its_truth_is() {
     for (name, _) in scenario::SHIPPED {
         let loaded = load(name);
         let truth = loaded.scenario.truth().expect("a truth");
-        let said = verdict(&loaded, loaded.hints.order, ear::band(&loaded));
+        let said = verdict(&loaded, loaded.hints.order, loaded.band());
         let first = said.alarms.first();
         println!(
             "{name:22} {:>8}   {:>8} {:>8}  {:>8}",
@@ -255,7 +255,7 @@ fn every_shipped_scenario_is_called_as_its_truth_is() {
 fn slots_break_the_chatter_and_solid_sections_restore_it() {
     let loaded = load("slotted-workpiece");
     let truth = loaded.scenario.truth().expect("a truth");
-    let said = verdict(&loaded, loaded.hints.order, ear::band(&loaded));
+    let said = verdict(&loaded, loaded.hints.order, loaded.band());
     let [(from, to)] = truth.interrupted_s[..] else {
         panic!("one interrupted stretch: {:?}", truth.interrupted_s)
     };

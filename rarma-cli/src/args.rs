@@ -10,12 +10,15 @@ mod els;
 mod examples;
 mod files;
 mod fit;
+mod fleet;
+mod gateway;
 mod ldbb;
 mod listen;
 mod manual;
 mod note;
 mod numbers;
 mod psd;
+mod screen;
 mod sensor_box;
 mod virtual_machine;
 
@@ -29,18 +32,24 @@ pub use els::{
     CutArgs, ElsCommand, ElsFitArgs, ElsHammerArgs, ElsLimitArgs, ElsModelArgs, OutArgs,
 };
 pub use fit::{Detrend, IdentifyArgs, Method, OrderArgs};
+pub use fleet::{
+    PlantArgs, Question, SplitBy, StoreAddArgs, StoreArgs, StoreAskArgs, StoreCommand,
+    StoreExportArgs, StoreReceiveArgs, StoreShowArgs, StoreThinArgs, TableArgs, TrendsArgs,
+};
+pub use gateway::GatewayArgs;
 pub use ldbb::{KnownArgs, LdbbAnalyseArgs, LdbbCommand, LdbbCompareArgs, LdbbRunArgs};
 pub use listen::ListenArgs;
 pub use manual::{CompletionsArgs, ManArgs};
 pub use note::by_key as notes_by_key;
 pub use numbers::NumbersArgs;
 pub use psd::{Criterion, PsdArgs, PsdMethod};
+pub use screen::ScreenArg;
 pub use sensor_box::{BoxArgs, ConnectArgs, DecodeArgs};
 pub use virtual_machine::{ChooseOrderArgs, LobesArgs, PopulationArgs, SimulateArgs, SweepArgs};
 
-use crate::input::{Known, RATES_HZ, Raw};
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use rarma_core::condition::Band;
+use rarma_recordings::input::{Known, RATES_HZ, Raw};
 use std::ffi::OsString;
 use std::path::PathBuf;
 
@@ -77,7 +86,7 @@ impl Cli {
 
 const EXIT_CODES: &str = "Exit codes: 0 done; 1 chatter was found (monitor, listen, advise, act, target, box) or outputs were switched off (box); \
 2 wrong usage; 3 bad input, with one line naming file, place and reason; \
-4 something else is missing or failed, such as a write to a full disk; \
+4 something else is missing or failed, such as a write to a full disk, or a box that went away (connect, decode); \
 5 a silent input, 6 a sound card that went away (listen); \
 141 whoever read standard output has gone away.";
 
@@ -88,7 +97,7 @@ pub enum Command {
     ///
     /// Exit code 1 if chatter was found.
     Monitor(MonitorArgs),
-    /// Listen to a sound card, until Ctrl-C or for --seconds.
+    /// Listen to a sound card, until Ctrl-C or for --seconds; on a terminal on a live screen.
     ///
     /// Exit code 1 if chatter was found, 5 if the input is silent, 6 if the card went away. Level
     /// and clipping are checked first. Switch automatic gain and noise suppression off: they change
@@ -145,8 +154,28 @@ pub enum Command {
     Box(BoxArgs),
     /// Decode frames of a box from a file, standard input, a serial port or a socket.
     Decode(DecodeArgs),
-    /// Talk to a box: live view, commands, settings, records.
+    /// Talk to a box: live screen, commands, settings, records.
+    ///
+    /// Exit code 4 if the box goes away or is none.
     Connect(ConnectArgs),
+    /// Records of many machines over months: taken in, asked, thinned.
+    ///
+    /// Needs a program that was built with `--features fleet`.
+    #[command(subcommand)]
+    Store(StoreCommand),
+    /// Which machines have changed beyond their uncertainty, since when, and what it does to the limit.
+    ///
+    /// Needs a program that was built with `--features fleet`.
+    Trends(TrendsArgs),
+    /// A simulated plant: records of many machines over months, and the truth.
+    ///
+    /// Needs a program that was built with `--features fleet`.
+    Plant(PlantArgs),
+    /// Many boxes on one side, the plant's broker on the other: records, live values, speeds.
+    ///
+    /// Until Ctrl-C; with recordings only, until they have ended and are at the store. Needs a program
+    /// that was built with `--features fleet`.
+    Gateway(GatewayArgs),
     /// Let the virtual machine tool cut into chatter and monitor it through the
     /// simulated hardware.
     Demo(DemoArgs),
@@ -159,7 +188,7 @@ pub enum Command {
 /// What a file is.
 #[derive(Debug, Clone, Args)]
 pub struct InputArgs {
-    /// WAV (PCM 8/16/24/32, float), .m4a, .mp4, .mov, .mp3, .flac, .ogg, CSV, .uff, or raw .f32/.f64
+    /// WAV (PCM 8/16/24/32, float), .m4a, .mp4, .mov, .mp3, .flac, .ogg, CSV, .uff, .tdms, or raw .f32/.f64
     /// (little endian, with --fs); `-` for WAV from standard input, or raw samples with --raw.
     pub input: PathBuf,
     /// Channel, counted from 0.
@@ -263,6 +292,9 @@ pub struct MonitorArgs {
     /// One JSON object a line on standard output, the summary last.
     #[arg(long)]
     pub json: bool,
+    /// Show a live screen [default: auto]; `on` plays a file at the speed it was recorded with.
+    #[arg(long, value_enum, value_name = "WHEN")]
+    pub screen: Option<ScreenArg>,
     /// Write a page with pictures into this folder.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
@@ -278,14 +310,20 @@ pub struct MonitorArgs {
 
 /// Advice and orders are for one recording: more are refused by name, and not offered.
 fn one_recording(option: clap::Arg) -> clap::Arg {
-    let more = option.get_id() == "more";
-    option.hide(more)
+    match option.get_id().as_str() {
+        "more" => option.hide(true),
+        "screen" => screen::none(option),
+        _ => option,
+    }
 }
 
 /// A job for the box names one channel: what needs two is refused by name, and not offered.
 fn one_channel(option: clap::Arg) -> clap::Arg {
     let needs_two =
         ["more", "second", "tacho", "pulses", "speed_from"].contains(&option.get_id().as_str());
+    if option.get_id() == "screen" {
+        return screen::none(option);
+    }
     option.hide(needs_two)
 }
 

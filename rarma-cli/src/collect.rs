@@ -8,10 +8,11 @@ use crate::record::{
     Summary,
 };
 use crate::standing::Standing;
-use crate::translate::{STATES, line, notice};
+use crate::translate::{STATES, decimal, line, notice};
 use rarma_box::wire::{Finished, Refusal, Telemetry};
 use rarma_core::condition::HealthCounts;
 use rarma_core::decide::Histogram;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Alarms that a summary lists, the first ones; the others are counted.
@@ -20,7 +21,7 @@ pub const MOST_ALARMS: usize = 10_000;
 pub const MOST_NOTICES: usize = 1_000;
 
 /// Puts messages together as they come.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Collector {
     fs: f64,
     order: [usize; 2],
@@ -50,6 +51,8 @@ pub enum News {
     Off(Alarm),
     /// How the followed mode's amplitude was distributed.
     Histogram(HistogramRecord),
+    /// Something is wrong with what is known of the spindle.
+    Notice(NoticeRecord),
 }
 
 impl Collector {
@@ -119,10 +122,11 @@ impl Collector {
                     what: notice(&message.notice),
                 };
                 if self.notices.len() < MOST_NOTICES {
-                    self.notices.push(record);
+                    self.notices.push(record.clone());
                 } else {
                     self.notices_left_out += 1;
                 }
+                return News::Notice(record);
             }
             // What the whole box says beside its verdicts is nothing of a run's.
             Telemetry::Reply(_)
@@ -164,6 +168,18 @@ impl Collector {
             let widest = self.notch_hz.unwrap_or(spindle.notch_hz);
             self.notch_hz = Some(widest.max(spindle.notch_hz));
         }
+    }
+
+    /// It may have come from another one over the same run so far: nothing in it is more than is kept.
+    pub(crate) fn continues(&self, other: &Self) -> bool {
+        let standing = self.standing.as_ref();
+        self.fs.to_bits() == other.fs.to_bits()
+            && self.order == other.order
+            && self.alarms.len() <= MOST_ALARMS
+            && self.notices.len() <= MOST_NOTICES
+            && standing.is_none_or(Standing::is_sound)
+            && self.finished.is_none()
+            && self.refused.is_none()
     }
 
     /// Why the box would not go on, if it said so.
@@ -234,7 +250,7 @@ impl WholeRun {
         match news {
             News::Line(line) => self.lines.push(line),
             News::Histogram(histogram) => self.histograms.push(histogram),
-            News::None | News::On(_) | News::Off(_) => {}
+            News::None | News::On(_) | News::Off(_) | News::Notice(_) => {}
         }
     }
 
@@ -297,13 +313,4 @@ impl Run {
         }
         tell(f64::INFINITY, &mut hear);
     }
-}
-
-/// A single-precision number as the shortest decimal that stands for it, so that
-/// 0.01 is printed as 0.01.
-pub(crate) fn decimal(x: f32) -> f64 {
-    if !x.is_finite() {
-        return f64::from(x);
-    }
-    x.to_string().parse().unwrap_or(f64::from(x))
 }

@@ -1,7 +1,10 @@
 //! How a command ends when it does not succeed.
 
-use crate::input::InputError;
-use crate::one_line::OneLine;
+use rarma_population::Defect;
+use rarma_recordings::input::InputError;
+use rarma_recordings::one_line::OneLine;
+use rarma_recordings::output::{WriteError, WriteProblem};
+use rarma_scenarios::ScenarioError;
 use std::fmt;
 
 /// A failure with its exit code.
@@ -27,11 +30,7 @@ impl Failure {
     /// Bad input that no single place of a file shows: `FILE: whole file: WHAT (REMEDY)`. A
     /// `what` that ends with a remedy of its own keeps it.
     pub fn whole(file: impl fmt::Display, what: impl fmt::Display, remedy: &str) -> Self {
-        let what = what.to_string();
-        if what.ends_with(')') {
-            return Self::Input(format!("{file}: whole file: {what}"));
-        }
-        Self::Input(format!("{file}: whole file: {what} ({remedy})"))
+        ScenarioError::whole(file, what, remedy).into()
     }
 
     /// The process' exit code.
@@ -93,6 +92,29 @@ impl fmt::Display for Failure {
 impl From<InputError> for Failure {
     fn from(error: InputError) -> Self {
         Self::Input(error.to_string())
+    }
+}
+
+impl From<Defect> for Failure {
+    fn from(defect: Defect) -> Self {
+        Self::System(defect.to_string())
+    }
+}
+
+impl From<ScenarioError> for Failure {
+    fn from(error: ScenarioError) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
+impl From<WriteError> for Failure {
+    fn from(error: WriteError) -> Self {
+        let words = error.to_string();
+        match error.problem {
+            WriteProblem::Clash | WriteProblem::Ending => Self::Usage(words),
+            WriteProblem::NoRecord => Self::Input(words),
+            WriteProblem::System => Self::System(words),
+        }
     }
 }
 

@@ -1,85 +1,15 @@
-//! Frames of a box, from wherever they come: decoded, counted, told in words or JSON, kept.
+//! Messages of a box, told in words or JSON.
 
-use crate::one_line::{self, OneLine};
-use crate::speech::shown;
 use rarma_box::guard::{Denial, FaultCode, FaultRecord, Severity};
-use rarma_box::settings::find;
+use rarma_box::settings::{SettingError, find};
 use rarma_box::wire::{
-    Answer, CircleMessage, ControlMessage, Deframer, ExcitationMessage, FrameError, Handed, Head,
-    Refused, Telemetry,
+    Answer, CircleMessage, ControlMessage, ExcitationMessage, Handed, Head, Refused, Status,
+    Telemetry,
 };
+use rarma_recordings::one_line::{self, OneLine};
 use rarma_rigs::ldbb::Proof;
+use rarma_scenarios::speech::shown;
 use serde::Serialize;
-
-/// Takes bytes, gives messages, and counts what is lost.
-#[derive(Debug, Default)]
-pub struct FrameReader {
-    deframer: Deframer,
-    /// Session and number of the next frame, if none is lost.
-    expected: Option<(u32, u32)>,
-    /// Frames that were whole.
-    pub whole: u64,
-    /// Frames that were not.
-    pub broken: u64,
-    /// Frames missing by their numbers.
-    pub missing: u64,
-    /// Runs of the box the frames are of: it was started anew between them.
-    pub runs: u64,
-    /// Version of frames that another version of the protocol made.
-    pub foreign: Option<u8>,
-}
-
-impl FrameReader {
-    /// Takes bytes; hands on each message with the head of its frame.
-    pub fn take(&mut self, bytes: &[u8], mut with: impl FnMut(Head, Telemetry)) {
-        for &byte in bytes {
-            match self.deframer.push::<Telemetry>(byte) {
-                None => {}
-                Some(Err(why)) => {
-                    self.broken += 1;
-                    if let FrameError::Version { found } = why {
-                        self.foreign = Some(found);
-                    }
-                }
-                Some(Ok((head, message))) => {
-                    self.whole += 1;
-                    // In another session the numbers begin again.
-                    match self.expected {
-                        Some((session, number)) if session == head.session => {
-                            let jump = head.sequence.wrapping_sub(number);
-                            if jump <= u32::MAX / 2 {
-                                self.missing += u64::from(jump);
-                            }
-                        }
-                        _ => self.runs += 1,
-                    }
-                    self.expected = Some((head.session, head.sequence.wrapping_add(1)));
-                    with(head, message);
-                }
-            }
-        }
-    }
-
-    /// What was lost, for people; none if nothing was.
-    pub fn losses(&self) -> Option<String> {
-        if let Some(found) = self.foreign {
-            return Some(format!(
-                "frames of protocol version {found}; this program speaks {}: use the version of rarma that came with the firmware",
-                rarma_box::wire::VERSION
-            ));
-        }
-        (self.broken + self.missing > 0 || self.runs > 1).then(|| {
-            let runs = match self.runs {
-                0 | 1 => String::new(),
-                n => format!(", of {n} runs of the box"),
-            };
-            format!(
-                "{} frames, {} broken, {} missing{runs}",
-                self.whole, self.broken, self.missing
-            )
-        })
-    }
-}
 
 /// One message as a line of JSON. Written out directly: a detour over a JSON value would make
 /// doubles of singles, and 0.02 would read 0.0199999995529652.
@@ -194,29 +124,9 @@ pub fn words(message: &Telemetry) -> Option<String> {
             f.mode.name(),
             fault_words(&f.record)
         ),
-        Telemetry::Status(s) => format!(
-            "{:10.3} s  {} {}{}  I {:.2} {:.2} {:.2} {:.2} A  gap {:.0} {:.0} um  p {:.2} bar  gauge {:+.1} um  supply {:.1} V{}",
-            s.now_us as f64 * 1e-6,
-            s.mode.name(),
-            s.stage.name(),
-            if s.energised { " ON" } else { "" },
-            s.current_a[0],
-            s.current_a[1],
-            s.current_a[2],
-            s.current_a[3],
-            1e6 * s.gap_m[0],
-            1e6 * s.gap_m[1],
-            1e-5 * s.pressure_pa,
-            1e6 * s.gauge_m,
-            s.supply_v,
-            s.fault
-                .map_or(String::new(), |f| format!("  fault {}", f.code.name()))
-                + if s.press_again {
-                    "  (release the enable input and press it again)"
-                } else {
-                    ""
-                },
-        ),
+        Telemetry::Status(s) => {
+            format!("{:10.3} s  {}", s.now_us as f64 * 1e-6, status_words(s))
+        }
         Telemetry::Health(h) => format!(
             "{:10.3} s  {} samples ({} missing), {} verdicts, {} frames ({} dropped), {} commands ({} refused, {} doubled), {} broken frames, {} times late",
             h.now_us as f64 * 1e-6,
@@ -232,6 +142,29 @@ pub fn words(message: &Telemetry) -> Option<String> {
             h.late
         ),
     })
+}
+
+/// How a box's outputs stand, and what it measures.
+pub fn status_words(s: &Status) -> String {
+    let fault = s.fault.map(|f| format!("  fault {}", f.code.name()));
+    let press = "  (release the enable input and press it again)";
+    format!(
+        "{} {}{}  I {:.2} {:.2} {:.2} {:.2} A  gap {:.0} {:.0} um  p {:.2} bar  gauge {:+.1} um  supply {:.1} V{}{}",
+        s.mode.name(),
+        s.stage.name(),
+        if s.energised { " ON" } else { "" },
+        s.current_a[0],
+        s.current_a[1],
+        s.current_a[2],
+        s.current_a[3],
+        1e6 * s.gap_m[0],
+        1e6 * s.gap_m[1],
+        1e-5 * s.pressure_pa,
+        1e6 * s.gauge_m,
+        s.supply_v,
+        fault.unwrap_or_default(),
+        if s.press_again { press } else { "" },
+    )
 }
 
 /// Who has control, in words.
@@ -262,6 +195,9 @@ fn refused_words(why: &Refused) -> String {
         }
         Refused::Seal => "the key is missing or another one (--key FILE)",
         Refused::OwnPort => "the key is changed at the box's own port only",
+        Refused::Setting(SettingError::Range { low, high }) => {
+            return format!("out of range, it takes {low} to {high}");
+        }
         _ => return format!("{why:?}"),
     }
     .to_owned()

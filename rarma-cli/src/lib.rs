@@ -12,48 +12,34 @@ macro_rules! say {
     };
 }
 
-/// A notice on standard error, unless the caller wants none. Where it cannot be written there is
-/// nobody to tell, and no reason to end the work, as the standard library's own would.
+/// A notice on standard error, see [`output::notice`]; the standard library's own would end the
+/// program where it cannot be written.
 macro_rules! eprintln {
     ($($text:tt)*) => {
-        if !$crate::output::is_quiet() {
-            use std::io::Write as _;
-            let _ = writeln!(std::io::stderr(), $($text)*);
-        }
+        $crate::output::notice(format_args!($($text)*))
     };
 }
 
 pub mod advice;
 pub mod args;
-pub mod banded;
 pub mod bridge;
-pub mod cers;
 pub mod collect;
 pub mod commands;
 pub mod controller;
-pub mod ear;
-pub mod els;
-pub mod export;
 pub mod failure;
 pub mod frames;
-pub mod input;
 pub mod key;
-pub mod ldbb;
-mod one_line;
 pub mod output;
-pub mod population;
 pub mod port;
 mod progress;
-pub mod raw_streams;
 mod readings;
 pub mod record;
 pub mod report;
-pub mod scenario;
+mod screen;
 mod signals;
 pub mod sound_card;
-pub mod speech;
 mod standing;
 mod translate;
-pub mod truth;
+mod wording;
 
 pub use failure::Failure;

@@ -3,7 +3,7 @@
 mod serial;
 
 use crate::failure::Failure;
-use crate::input::system_words;
+use rarma_recordings::system_words;
 use std::fs::File;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;

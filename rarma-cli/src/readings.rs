@@ -1,5 +1,7 @@
 //! Readings of one quantity: their median and deviation, in memory that does not grow.
 
+use serde::{Deserialize, Serialize};
+
 /// Readings kept at most; of more, every second, fourth, … is.
 const MOST: usize = 1024;
 /// Fewer than these have no median worth the name.
@@ -8,7 +10,7 @@ const FEWEST: usize = 3;
 const TO_SD: f64 = 1.4826;
 
 /// Readings as they come.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Readings {
     kept: Vec<f64>,
     seen: u64,
@@ -44,6 +46,12 @@ impl Readings {
             self.kept.push(reading);
         }
         self.seen += 1;
+    }
+
+    /// They may have come by [`Self::push`]: not more than are kept, and one in so many that a number
+    /// of 64 bits counts them.
+    pub(crate) fn is_sound(&self) -> bool {
+        self.kept.len() <= MOST && self.doubled < u64::BITS && self.seen < 1 << 62
     }
 
     /// Median and deviation; none of fewer than three.

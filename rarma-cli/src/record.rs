@@ -4,7 +4,10 @@
 //! and from the firmware image on the emulated chip; reports and tests read
 //! nothing else.
 
-use crate::advice::AdviceRecord;
+mod advice;
+
+pub use advice::{AdviceRecord, HelpRecord, SpeedRecord, VariationRecord};
+
 use rarma_core::decide::{Agreement, Histogram};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

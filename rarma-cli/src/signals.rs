@@ -2,13 +2,29 @@
 
 use crate::failure::Failure;
 
-/// Has this done when the program is to end, in place of ending it.
+/// Who is told of an interrupt, in the order in which they asked.
+#[cfg(not(target_family = "wasm"))]
+static TOLD: std::sync::Mutex<Vec<Box<dyn FnMut() + Send>>> = std::sync::Mutex::new(Vec::new());
+
+#[cfg(not(target_family = "wasm"))]
+fn told() -> std::sync::MutexGuard<'static, Vec<Box<dyn FnMut() + Send>>> {
+    TOLD.lock()
+        .unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+/// Has this done when the program is to end, in place of ending it. Several may ask.
 ///
 /// # Errors
-/// The system does not let it hear of an interrupt, or somebody else hears of it already.
+/// The system does not let it hear of an interrupt.
 #[cfg(not(target_family = "wasm"))]
 pub fn on_interrupt(handle: impl FnMut() + Send + 'static) -> Result<(), Failure> {
-    ctrlc::set_handler(handle).map_err(|why| Failure::System(format!("signals: {why}")))
+    let mut all = told();
+    if all.is_empty() {
+        let tell = || told().iter_mut().for_each(|one| one());
+        ctrlc::set_handler(tell).map_err(|why| Failure::System(format!("signals: {why}")))?;
+    }
+    all.push(Box::new(handle));
+    Ok(())
 }
 
 /// Nobody interrupts.

@@ -2,12 +2,13 @@
 
 use crate::readings::Readings;
 use crate::record::{Alarm, Line};
+use serde::{Deserialize, Serialize};
 
 /// A mode whose frequency moved by no more than this part since the line before is the same.
 const SAME: f64 = 0.06;
 
 /// An alarm that stands, and the damping of its mode in every line since.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Standing {
     /// As it was called, without a middle.
     pub(crate) alarm: Alarm,
@@ -24,6 +25,11 @@ impl Standing {
             alarm,
             damping: Readings::default(),
         }
+    }
+
+    /// See [`Readings::is_sound`].
+    pub(crate) fn is_sound(&self) -> bool {
+        self.damping.is_sound()
     }
 
     /// Reads the mode off a line that has it.

@@ -1,6 +1,5 @@
 //! The words of the wire in the words of the records.
 
-use crate::collect::decimal;
 use crate::record::{
     AmplitudeRecord, AmplitudeVerdict, Label, Line, ModeRecord, NoticeKind, Origin, Reason,
     SpeedSource, SpindleRecord, State, TachoFault,
@@ -127,4 +126,13 @@ fn reason(reason: decide::Reason) -> Reason {
         decide::Reason::Samples(condition::Fault::Stuck) => Reason::SamplesStuck,
         decide::Reason::Samples(condition::Fault::Clipped) => Reason::SamplesClipped,
     }
+}
+
+/// A single-precision number as the shortest decimal that stands for it, so that
+/// 0.01 is printed as 0.01.
+pub(crate) fn decimal(x: f32) -> f64 {
+    if !x.is_finite() {
+        return f64::from(x);
+    }
+    x.to_string().parse().unwrap_or(f64::from(x))
 }

@@ -76,6 +76,15 @@ impl<T: Real, const N: usize> UdFactors<T, N> {
         visit::all(d, visitor);
     }
 
+    /// The numbers of an n × n covariance alone, for one who keeps the state of a model of this
+    /// order in larger storage, or puts it back. Slow path.
+    pub fn visit_part(&mut self, n: usize, visitor: &mut impl StateVisitor<T>) {
+        for (j, column) in self.u.iter_mut().enumerate().take(n) {
+            visit::all(column.iter_mut().take(j), visitor);
+        }
+        visit::all(self.d.iter_mut().take(n), visitor);
+    }
+
     /// Diagonal factors in use; all positive.
     pub fn d(&self) -> &[T; N] {
         &self.d
@@ -235,6 +244,23 @@ impl<T: Real, const N: usize> UdFactors<T, N> {
         (xx, yy)
     }
 
+    /// P·x, 0 from element n on. Slow path.
+    pub fn product(&self, n: usize, x: &[T; N]) -> [T; N] {
+        let mut out = [T::ZERO; N];
+        for j in 0..n {
+            let mut f = x[j];
+            for (u, x) in self.u[j][..j].iter().zip(x) {
+                f += *u * *x;
+            }
+            f *= self.d[j];
+            for (out, u) in out.iter_mut().zip(&self.u[j][..j]) {
+                *out += *u * f;
+            }
+            out[j] += f;
+        }
+        out
+    }
+
     /// Bilinear form xᵀ P y. Slow path.
     pub fn bilinear(&self, n: usize, x: &[T; N], y: &[T; N]) -> T {
         let mut sum = T::ZERO;
@@ -315,6 +341,11 @@ mod tests {
             p[k % N][k % N] += 1e-3;
         }
         let q = dense(&ud);
+        let x = regressor(3);
+        for (row, y) in q.iter().zip(ud.product(N, &x)) {
+            let sum: f64 = row.iter().zip(x).map(|(p, x)| p * x).sum();
+            assert!((sum - y).abs() < 1e-12, "{sum} {y}");
+        }
         for i in 0..N {
             for j in 0..N {
                 assert!(

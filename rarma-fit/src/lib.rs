@@ -19,8 +19,8 @@
 //!   over: [`Whiteness`];
 //! * power spectral density: [`model_density`], [`welch_density`], [`windowed_density`];
 //! * linear least squares, one row at a time: [`Triangle`];
-//! * several sensors at once, with mode shapes: `Subspace`, with the feature `channels`, which
-//!   allocates.
+//! * several sensors at once, with mode shapes: `Subspace`, and at every sample with shared poles
+//!   `RecursiveChannels`; with the feature `channels`, which allocates.
 //!
 //! Words: *residual*, the one-step prediction error of the fitted model;
 //! *reflection coefficient*, the last coefficient of the model of each order;
@@ -80,7 +80,10 @@ pub use arx_fit::{ArxFit, ArxOrder, Response};
 pub use before::{Before, earlier_errors};
 pub use bound::Bound;
 #[cfg(feature = "channels")]
-pub use channels::{ChannelError, ChannelMode, ShapePart, Subspace, SubspaceConfig, mac};
+pub use channels::{
+    ChannelError, ChannelMode, ChannelStatus, ChannelStep, MOST_CHANNELS, MOST_PARAMETERS,
+    RecursiveChannels, ShapePart, SharedMode, SharedPart, Subspace, SubspaceConfig, Weights, mac,
+};
 pub use criteria::Criteria;
 pub use delta::PoleDeviation;
 pub use density::{model_density, welch_density, windowed_density};

@@ -84,9 +84,34 @@ def pyoma_ssi(y: np.ndarray, case: Case) -> Optional[Reading]:
     return nearest(zip(*(np.asarray(column)[:, -1] for column in columns)), case)
 
 
+def sdypy_lscf(y: np.ndarray, case: Case) -> Optional[Reading]:
+    """LSCF of sdypy, which wants a frequency response: it is given the half spectrum.
+
+    That is the transform of the autocorrelation at lags from 0 on (half of that at 0), whose poles
+    are those of the structure where white noise shakes it. Best of 50, 100, 200 and 400 lags are
+    100, and of 0, 1, 2 and 4 modes more than there are 1, which takes what the cut at the last lag adds.
+    """
+    from sdypy import EMA
+
+    lags = 100
+    power = np.abs(np.fft.rfft(y, 2 * len(y))) ** 2
+    correlation = np.fft.irfft(power)[:lags] / len(y)
+    correlation[0] /= 2
+    half = np.fft.rfft(correlation, 2 * lags)
+    # With a lower end of 0 it turns the sign of the damping round.
+    model = EMA.Model(
+        frf=half, freq=np.linspace(0, FS / 2, lags + 1), lower=20, upper=FS / 2, pol_order_high=case.modes + 1
+    )
+    model.get_poles(method="lscf", show_progress=False)
+    both = zip(model.pole_freq[-1], model.pole_xi[-1])
+    # It states no deviation. What is not damped is none of the structure.
+    return nearest([(f, zeta, np.nan, np.nan) for f, zeta in both if f > 0 and zeta > 0], case)
+
+
 ESTIMATORS: Dict[str, Callable[[np.ndarray, Case], Optional[Reading]]] = {
     "rarma recursive": rarma_recursive,
     "rarma batch": rarma_batch,
     "statsmodels ARMA": statsmodels_arma,
     "pyOMA2 SSI-cov": pyoma_ssi,
+    "sdypy LSCF": sdypy_lscf,
 }

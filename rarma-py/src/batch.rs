@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use rarma_cli::Failure;
 use rarma_cli::args::Command;
 use rarma_cli::commands::{identify_recording, order_recording, psd_recording};
-use rarma_cli::input::{self, Recording};
+use rarma_recordings::input::{self, Recording};
 use serde::Serialize;
 
 /// Does `work` with a signal that is fit to be analysed, while other threads run.

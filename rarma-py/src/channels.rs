@@ -10,10 +10,13 @@ use pyo3::prelude::*;
 use pyo3::types::PySlice;
 use rarma_cli::args::Command;
 use rarma_cli::commands;
-use rarma_cli::input::{self, Recording};
+use rarma_recordings::input::{self, Recording};
 
-/// The columns of an array of two dimensions, as recordings.
-fn columns(x: &Bound<'_, PyAny>, sample_rate_hz: f64) -> PyResult<Vec<Recording>> {
+/// Columns of an array of two dimensions.
+///
+/// # Errors
+/// TypeError for what is no array; ValueError where it has no columns, or not two dimensions.
+pub fn width(x: &Bound<'_, PyAny>) -> PyResult<usize> {
     let Ok(array) = x.cast::<PyUntypedArray>() else {
         return Err(PyTypeError::new_err(format!(
             "{SIGNAL}: {} is no numpy array (pass numpy.asarray({SIGNAL}, dtype=float))",
@@ -26,11 +29,20 @@ fn columns(x: &Bound<'_, PyAny>, sample_rate_hz: f64) -> PyResult<Vec<Recording>
             array.getattr("shape")?
         )));
     }
-    let channels = array.shape()[1];
+    Ok(array.shape()[1])
+}
+
+/// One of them.
+pub fn column<'py>(x: &Bound<'py, PyAny>, channel: usize) -> PyResult<Bound<'py, PyAny>> {
+    x.get_item((PySlice::full(x.py()), channel))
+}
+
+/// The columns of an array of two dimensions, as recordings.
+fn columns(x: &Bound<'_, PyAny>, sample_rate_hz: f64) -> PyResult<Vec<Recording>> {
+    let channels = width(x)?;
     (0..channels)
         .map(|channel| {
-            let column = x.get_item((PySlice::full(x.py()), channel))?;
-            let samples = Signal::of(SIGNAL, &column)?.samples().to_vec();
+            let samples = Signal::of(SIGNAL, &column(x, channel)?)?.samples().to_vec();
             let mut recording = Recording::in_memory(SIGNAL, samples, sample_rate_hz);
             (recording.channel, recording.channels) = (channel, channels);
             Ok(recording)

@@ -7,7 +7,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// A failure of the library, in the words of Python: `--max-depth-mm` is `max_depth_mm` there,
 /// and a signal in memory is no file.
-pub fn exception(failure: Failure) -> PyErr {
+pub fn exception(failure: impl Into<Failure>) -> PyErr {
+    let failure = failure.into();
     let text = in_python(&failure.to_string());
     match failure {
         Failure::Usage(_) | Failure::Input(_) => PyValueError::new_err(text),
@@ -38,7 +39,7 @@ pub fn detached<V: Send>(
 }
 
 /// Options that have another name in Python, with their units.
-const RENAMED: [(&str, &str); 9] = [
+const RENAMED: [(&str, &str); 11] = [
     ("at", "at_hz"),
     ("band", "band_hz"),
     ("every", "every_s"),
@@ -47,6 +48,8 @@ const RENAMED: [(&str, &str); 9] = [
     ("max", "max_p"),
     ("reach", "reach_percent"),
     ("speed_from", "tell_speed"),
+    ("swing", "swing_percent"),
+    ("swing_acceleration", "swing_acceleration_rad_s2"),
     ("tacho", "tell_speed"),
 ];
 

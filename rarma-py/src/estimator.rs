@@ -4,8 +4,9 @@
 //! all others share one with the order as a value. Both give the same numbers, bit by bit.
 
 use crate::state::{Reader, Writer};
-use rarma_core::estimate::{BoundedArma, RarmaConfig, RecursiveArma, StateVisitor, Status, Step};
+use rarma_core::estimate::{BoundedArma, RarmaConfig, RecursiveArma, StateVisitor, Status};
 use rarma_core::spectrum::{FactorTracker, ModalDeviation, Quadratic, Tracking, deviation, modal};
+use rarma_fit::{ChannelStatus, RecursiveChannels};
 
 /// Largest p and q.
 pub const MAX_ORDER: usize = 30;
@@ -45,14 +46,16 @@ impl Rows {
 
 /// A recursive model and its roots.
 pub trait Estimator: Send + Sync {
-    /// Takes samples; reads a row off after every sample at which `due` comes down to 0, which
-    /// then begins again at `every`.
+    /// Takes samples, of several channels one channel after the other within each; reads a row off
+    /// after every sample at which `due` comes down to 0, which then begins again at `every`.
     fn push(&mut self, x: &[f64], every: u32, due: &mut u32, fs: f64, rows: &mut Rows);
     /// Does what is left of the start-up, and looks for the roots.
     fn finish_start(&mut self);
     fn a(&self) -> &[f64];
+    /// Of several channels those of one after the other.
     fn c(&self) -> &[f64];
-    fn sigma2(&self) -> f64;
+    /// Element of the covariance of the innovations.
+    fn noise(&self, row: usize, column: usize) -> f64;
     fn is_ready(&self) -> bool;
     fn deviation(&self, factor: &Quadratic<f64>, fs: f64) -> Option<ModalDeviation<f64>>;
     /// Element of the covariance of θ = (a, c).
@@ -87,13 +90,18 @@ pub fn estimator(p: usize, q: usize, config: RarmaConfig<f64>) -> Option<Box<dyn
     })
 }
 
-/// What both kinds of models can do.
-trait Model: Send + Sync {
-    fn update(&mut self, y: f64) -> Step<f64>;
+/// What all kinds of models can do.
+pub trait Model: Send + Sync {
+    /// Channels.
+    fn width(&self) -> usize {
+        1
+    }
+    /// Takes one sample of every channel.
+    fn take(&mut self, y: &[f64]) -> Status;
     fn finish_start(&mut self);
     fn a(&self) -> &[f64];
     fn c(&self) -> &[f64];
-    fn sigma2(&self) -> f64;
+    fn noise(&self, row: usize, column: usize) -> f64;
     fn is_ready(&self) -> bool;
     /// Factor that scales the covariance.
     fn scale(&self) -> f64;
@@ -107,12 +115,13 @@ trait Model: Send + Sync {
     fn visit(&mut self, visitor: &mut impl StateVisitor<f64>) -> bool;
 }
 
-/// What both answer under the same name.
+/// What both of one channel answer under the same name.
 macro_rules! passed_on {
     () => {
         #[inline(always)]
-        fn update(&mut self, y: f64) -> Step<f64> {
-            self.update(y)
+        fn take(&mut self, y: &[f64]) -> Status {
+            y.first()
+                .map_or(Status::Rejected, |y| self.update(*y).status)
         }
         fn finish_start(&mut self) {
             self.finish_start();
@@ -123,7 +132,7 @@ macro_rules! passed_on {
         fn c(&self) -> &[f64] {
             self.c()
         }
-        fn sigma2(&self) -> f64 {
+        fn noise(&self, _: usize, _: usize) -> f64 {
             self.sigma2()
         }
         fn is_ready(&self) -> bool {
@@ -173,9 +182,52 @@ impl Model for BoundedArma<f64> {
     }
 }
 
+impl Model for RecursiveChannels {
+    fn width(&self) -> usize {
+        self.channels()
+    }
+    fn take(&mut self, y: &[f64]) -> Status {
+        match self.update(y).status {
+            ChannelStatus::Starting => Status::Starting,
+            ChannelStatus::Running => Status::Running,
+            ChannelStatus::Limiting(limit) => Status::Limiting(limit),
+            ChannelStatus::Rejected { .. } => Status::Rejected,
+        }
+    }
+    fn finish_start(&mut self) {
+        self.finish_start();
+    }
+    fn a(&self) -> &[f64] {
+        self.a()
+    }
+    fn c(&self) -> &[f64] {
+        self.c()
+    }
+    fn noise(&self, row: usize, column: usize) -> f64 {
+        self.innovation_covariance(row, column)
+    }
+    fn is_ready(&self) -> bool {
+        self.ready()
+    }
+    fn scale(&self) -> f64 {
+        self.covariance_factor()
+    }
+    /// Its own deviation knows the scale, and what the channels have in common.
+    fn deviation(&self, factor: &Quadratic<f64>, fs: f64, _: f64) -> Option<ModalDeviation<f64>> {
+        self.deviation(factor, fs)
+    }
+    fn element(&self, row: usize, column: usize) -> f64 {
+        let n = self.a().len() + self.c().len();
+        self.covariance().element(n, row, column)
+    }
+    fn visit(&mut self, visitor: &mut impl StateVisitor<f64>) -> bool {
+        self.visit_state(visitor)
+    }
+}
+
 /// A model, its roots, and the column of each of them.
-struct Followed<M, const P: usize> {
-    model: M,
+pub struct Followed<M, const P: usize> {
+    pub model: M,
     roots: FactorTracker<f64, P>,
     /// The roots are not those of the model: they are being searched for.
     lost: bool,
@@ -185,7 +237,7 @@ struct Followed<M, const P: usize> {
 }
 
 impl<M: Model, const P: usize> Followed<M, P> {
-    fn new(model: M) -> Self {
+    pub fn new(model: M) -> Self {
         Self {
             model,
             roots: FactorTracker::new(),
@@ -261,8 +313,8 @@ impl<M: Model, const P: usize> Followed<M, P> {
 
 impl<M: Model, const P: usize> Estimator for Followed<M, P> {
     fn push(&mut self, x: &[f64], every: u32, due: &mut u32, fs: f64, rows: &mut Rows) {
-        for y in x {
-            let status = self.model.update(*y).status;
+        for y in x.chunks_exact(self.model.width()) {
+            let status = self.model.take(y);
             if status == Status::Starting {
                 self.roots.search();
                 self.lost = true;
@@ -293,8 +345,8 @@ impl<M: Model, const P: usize> Estimator for Followed<M, P> {
         self.model.c()
     }
 
-    fn sigma2(&self) -> f64 {
-        self.model.sigma2()
+    fn noise(&self, row: usize, column: usize) -> f64 {
+        self.model.noise(row, column)
     }
 
     fn is_ready(&self) -> bool {

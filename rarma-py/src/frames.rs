@@ -4,7 +4,8 @@ use crate::error::detached;
 use crate::json::from_value;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use rarma_cli::frames::{FrameReader, to_json};
+use rarma_cli::frames::to_json;
+use rarma_recordings::FrameReader;
 use serde_json::Value;
 
 /// Decodes frames of a sensor box: `rarma decode`.

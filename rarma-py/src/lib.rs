@@ -9,12 +9,14 @@ mod estimator;
 mod frames;
 mod json;
 mod monitor;
+mod monitor_state;
 mod options;
 mod read;
 mod recursive;
 mod results;
 mod scenario;
 mod settings;
+mod shared;
 mod state;
 
 use pyo3::prelude::*;
@@ -28,11 +30,13 @@ mod _rarma {
     #[pymodule_export]
     use crate::frames::decode;
     #[pymodule_export]
-    use crate::monitor::Monitor;
+    use crate::monitor::{Monitor, monitor_of_state};
     #[pymodule_export]
     use crate::read::read;
     #[pymodule_export]
     use crate::recursive::RecursiveArma;
     #[pymodule_export]
     use crate::scenario::{lobes, scenarios, simulate};
+    #[pymodule_export]
+    use crate::shared::RecursiveChannels;
 }

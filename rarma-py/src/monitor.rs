@@ -3,13 +3,17 @@
 use crate::array::Signal;
 use crate::error::{detached, exception};
 use crate::json::to_python;
+use crate::monitor_state::{self, Made};
 use crate::options::{Line, SIGNAL, other_command};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 use rarma_cli::advice::Reach;
 use rarma_cli::args::Command;
 use rarma_cli::collect::News;
 use rarma_cli::commands::{About, Feed};
+use rarma_core::decide::Structure;
+use rarma_recordings::input;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -53,6 +57,14 @@ use std::path::PathBuf;
 ///     Power that the spindle can give over what the cut takes.
 /// same_feed : bool
 ///     The feed is not changed with the speed.
+/// swing_percent : float, optional
+///     Where no speed is stable a speed that swings is proposed: how far it may about its mean,
+///     percent, 1 to 50. Default 20.
+/// swing_acceleration_rad_s2 : float, optional
+///     How fast the spindle may speed up in such a swing, rad/s²: 0.105 times its largest speed,
+///     1/min, over its time to run up, s. Default 300.
+/// swing_hz : float, optional
+///     How often it may swing, times a second. Default 4.
 ///
 /// Examples
 /// --------
@@ -60,10 +72,17 @@ use std::path::PathBuf;
 /// >>> monitor = rarma.Monitor(sample_rate_hz, full_scale=full_scale, rpm=1656, teeth=6)
 /// >>> records = monitor.push(x)
 /// >>> monitor.summary()["alarms"]
+///
+/// Notes
+/// -----
+/// `copy.copy`, `copy.deepcopy` and `pickle` give a monitor of its own that goes on bit by bit as
+/// this one would. A pickle is some 60 kB, holds the modes of the structure and not its file, and is
+/// taken back by the version of the package that wrote it; another one refuses it with a ValueError.
 #[pyclass(module = "rarma._rarma")]
+#[derive(Clone)]
 pub struct Monitor {
     feed: Feed,
-    sample_rate_hz: f64,
+    made: Made,
 }
 
 #[pymethods]
@@ -71,8 +90,9 @@ impl Monitor {
     #[new]
     #[pyo3(signature = (sample_rate_hz, *, order=(8, 7), rpm=None, teeth=None, band_hz=None,
         threshold=0.01, idle_s=None, every_s=0.01, aliased=false, structure=None,
-        full_scale=None, set=None, reach_percent=None, power=None, same_feed=false),
-        text_signature = "(sample_rate_hz, *, order=(8, 7), rpm=None, teeth=None, band_hz=None, threshold=0.01, idle_s=None, every_s=0.01, aliased=False, structure=None, full_scale=None, set=None, reach_percent=None, power=None, same_feed=False)")]
+        full_scale=None, set=None, reach_percent=None, power=None, same_feed=false,
+        swing_percent=None, swing_acceleration_rad_s2=None, swing_hz=None),
+        text_signature = "(sample_rate_hz, *, order=(8, 7), rpm=None, teeth=None, band_hz=None, threshold=0.01, idle_s=None, every_s=0.01, aliased=False, structure=None, full_scale=None, set=None, reach_percent=None, power=None, same_feed=False, swing_percent=None, swing_acceleration_rad_s2=None, swing_hz=None)")]
     #[allow(clippy::too_many_arguments, reason = "they have names in Python")]
     fn new(
         sample_rate_hz: f64,
@@ -90,6 +110,9 @@ impl Monitor {
         reach_percent: Option<(f64, f64)>,
         power: Option<f64>,
         same_feed: bool,
+        swing_percent: Option<f64>,
+        swing_acceleration_rad_s2: Option<f64>,
+        swing_hz: Option<f64>,
     ) -> PyResult<Self> {
         if full_scale.is_some_and(|x| !(x.is_finite() && x > 0.0)) {
             return Err(PyValueError::new_err(format!(
@@ -108,26 +131,24 @@ impl Monitor {
             .with_flag("aliased", aliased)
             .with_pair("reach", reach_percent)
             .with_some("power", power)
-            .with_flag("same-feed", same_feed);
+            .with_flag("same-feed", same_feed)
+            .with_some("swing", swing_percent)
+            .with_some("swing-acceleration", swing_acceleration_rad_s2)
+            .with_some("swing-hz", swing_hz);
         for (name, value) in set.unwrap_or_default() {
             line = line.with("set", format!("{name}={value}"));
         }
-        let Command::Advise(mut args) = line.parse()? else {
-            return Err(other_command());
-        };
-        // As it is, whatever its name looks like.
-        args.monitor.structure = structure;
-        let about = About {
-            path: SIGNAL.into(),
-            fs: sample_rate_hz,
-            full_scale,
-            samples: None,
-        };
-        let feed = Feed::new(&args.monitor, &about, Reach::from(&args)).map_err(exception)?;
-        Ok(Self {
-            feed,
+        let structure = structure.as_deref().map(input::read_structure).transpose();
+        let structure = structure.map_err(exception)?;
+        let made = Made {
+            arguments: line.words().to_vec(),
             sample_rate_hz,
-        })
+            full_scale,
+            structure: None,
+        };
+        let made = made.with_structure(structure.as_ref());
+        let feed = feed(&made, structure)?;
+        Ok(Self { feed, made })
     }
 
     /// Takes samples, and returns the records that were due meanwhile.
@@ -207,6 +228,55 @@ impl Monitor {
     /// Sampling rate, Hz.
     #[getter]
     fn sample_rate_hz(&self) -> f64 {
-        self.sample_rate_hz
+        self.made.sample_rate_hz
     }
+
+    fn __copy__(&self) -> Self {
+        self.clone()
+    }
+
+    fn __deepcopy__(&self, _memo: &Bound<'_, PyAny>) -> Self {
+        self.clone()
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Pickled<'py>> {
+        // The state is shown by a monitor that may be changed meanwhile.
+        let bytes = monitor_state::write(&self.made, &mut self.feed.clone());
+        let bytes = bytes.map_err(PyRuntimeError::new_err)?;
+        let module = py.import("rarma._rarma")?;
+        Ok((
+            module.getattr("monitor_of_state")?,
+            (PyBytes::new(py, &bytes),),
+        ))
+    }
+}
+
+/// What unpickles, and of what.
+type Pickled<'py> = (Bound<'py, PyAny>, (Bound<'py, PyBytes>,));
+
+/// The monitor that was pickled: not to be called by hand.
+#[pyfunction]
+pub fn monitor_of_state(py: Python<'_>, state: &[u8]) -> PyResult<Monitor> {
+    let make = |made: &Made| {
+        let structure = made.structure().map_err(PyValueError::new_err)?;
+        feed(made, structure)
+    };
+    let read = detached(py, || Ok(monitor_state::read(state, make)))?;
+    let (made, feed) = read.map_err(|why| PyValueError::new_err(format!("state: {why}")))?;
+    Ok(Monitor { feed, made })
+}
+
+/// One that has heard nothing.
+fn feed(made: &Made, structure: Option<Structure<f64>>) -> PyResult<Feed> {
+    let Command::Advise(args) = made.line().parse()? else {
+        return Err(other_command());
+    };
+    let about = About {
+        path: SIGNAL.into(),
+        fs: made.sample_rate_hz,
+        full_scale: made.full_scale,
+        samples: None,
+    };
+    let reach = Reach::from(&args);
+    Feed::of_structure(&args.monitor, &about, reach, structure).map_err(exception)
 }

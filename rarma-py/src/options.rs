@@ -21,6 +21,16 @@ impl Line {
         Self(["rarma", command, input].map(str::to_owned).to_vec())
     }
 
+    /// One that was made before.
+    pub fn of_words(words: Vec<String>) -> Self {
+        Self(words)
+    }
+
+    /// Its words.
+    pub fn words(&self) -> &[String] {
+        &self.0
+    }
+
     /// A command over a signal of this rate.
     pub fn of_signal(command: &str, sample_rate_hz: f64) -> Self {
         Self::new(command, SIGNAL).with("fs", sample_rate_hz)

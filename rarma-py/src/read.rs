@@ -7,7 +7,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use rarma_cli::args::Command;
-use rarma_cli::input::{self, ReadOptions};
+use rarma_recordings::input::{self, ReadOptions};
 use std::path::PathBuf;
 
 /// Reads one channel of a recording.
@@ -15,8 +15,8 @@ use std::path::PathBuf;
 /// Parameters
 /// ----------
 /// path : str or path
-///     WAV (PCM 8 to 32 bit, float), CSV, .f32 or .f64 (little endian), or .frames, the record
-///     of a sensor box. The formats of phones (.m4a, .mp3, .flac, .ogg) are read by the command,
+///     WAV (PCM 8 to 32 bit, float), CSV, .uff (universal file), .tdms (LabVIEW), .f32 or .f64
+///     (little endian), or .frames, the record of a sensor box. The formats of phones (.m4a, .mp3, .flac, .ogg) are read by the command,
 ///     not by this package.
 /// channel : int
 ///     Channel, counted from 0.

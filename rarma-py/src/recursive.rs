@@ -89,12 +89,7 @@ impl RecursiveArma {
         start_samples: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let (p, q) = (whole("p", p, MAX_ORDER)?, whole("q", q, MAX_ORDER)?);
-        let (least, most) = rarma_cli::input::RATES_HZ.into_inner();
-        if !(least..=most).contains(&sample_rate_hz) {
-            return Err(PyValueError::new_err(format!(
-                "sample_rate_hz: {sample_rate_hz}: must lie between {least} and {most}"
-            )));
-        }
+        check_rate(sample_rate_hz)?;
         let default = RarmaConfig::<f64>::default().start_samples;
         let start_samples = match start_samples {
             Some(n) => whole("start_samples", n, default as usize)? as u32,
@@ -156,20 +151,10 @@ impl RecursiveArma {
         x: &Bound<'py, PyAny>,
         every: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let every = match every {
-            Some(n) => whole("every", n, u32::MAX as usize)? as u32,
-            None => 1,
-        };
-        if every == 0 {
-            return Err(PyValueError::new_err("every: 0: must be 1 or more"));
-        }
+        let every = every_of(every)?;
         let signal = Signal::of("x", x)?;
         let samples = signal.samples();
-        if let Some((at, value)) = samples.first_that_is_not(|x| x.abs() < LARGEST_SAMPLE) {
-            return Err(PyValueError::new_err(format!(
-                "x[{at}]: {value:e}: must stay below {LARGEST_SAMPLE:e} (scale x to a larger unit)"
-            )));
-        }
+        check_size("x", &samples)?;
         let modes = self.p.div_ceil(2);
         let mut due = every - (self.samples % u64::from(every)) as u32;
         let count = samples.len();
@@ -181,19 +166,9 @@ impl RecursiveArma {
             });
             Ok(rows)
         })?;
-        let before = self.samples / u64::from(every);
+        let height = rows_between(self.samples, count, every);
         self.samples += count as u64;
-        let height = (self.samples / u64::from(every) - before) as usize;
-        let array = |values: Vec<f64>| -> PyResult<Bound<'py, PyAny>> {
-            let shape = [height, modes];
-            Ok(PyArray1::from_vec(py, values).reshape(shape)?.into_any())
-        };
-        let four = [rows.f_hz, rows.zeta, rows.sd_f_hz, rows.sd_zeta];
-        let mut columns = Vec::new();
-        for values in four {
-            columns.push(array(values)?);
-        }
-        results::make(py, "Readings", PyTuple::new(py, columns)?)
+        readings(py, rows, [height, modes])
     }
 
     /// The modes of the model as it is now, by frequency.
@@ -270,7 +245,7 @@ impl RecursiveArma {
     /// Innovation variance σ², units of x squared.
     #[getter]
     fn sigma2(&self) -> f64 {
-        self.model.sigma2()
+        self.model.noise(0, 0)
     }
 
     /// Covariance of (a_1 … a_p, c_1 … c_q), shape (p + q, p + q).
@@ -339,6 +314,58 @@ impl RecursiveArma {
         self.samples = samples;
         Ok(())
     }
+}
+
+/// The rate, in the range of recordings.
+pub fn check_rate(sample_rate_hz: f64) -> PyResult<()> {
+    let (least, most) = rarma_recordings::input::RATES_HZ.into_inner();
+    if (least..=most).contains(&sample_rate_hz) {
+        return Ok(());
+    }
+    Err(PyValueError::new_err(format!(
+        "sample_rate_hz: {sample_rate_hz}: must lie between {least} and {most}"
+    )))
+}
+
+/// `every` of a push.
+pub fn every_of(every: Option<&Bound<'_, PyAny>>) -> PyResult<u32> {
+    let every = match every {
+        Some(n) => whole("every", n, u32::MAX as usize)? as u32,
+        None => 1,
+    };
+    if every == 0 {
+        return Err(PyValueError::new_err("every: 0: must be 1 or more"));
+    }
+    Ok(every)
+}
+
+/// No sample is one that a model would leave out; messages call them `name`.
+pub fn check_size(name: &str, samples: &Samples<'_>) -> PyResult<()> {
+    match samples.first_that_is_not(|x| x.abs() < LARGEST_SAMPLE) {
+        Some((at, value)) => Err(PyValueError::new_err(format!(
+            "{name}[{at}]: {value:e}: must stay below {LARGEST_SAMPLE:e} (scale x to a larger unit)"
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Rows that `count` samples after the first `before` give.
+pub fn rows_between(before: u64, count: usize, every: u32) -> usize {
+    let every = u64::from(every);
+    ((before + count as u64) / every - before / every) as usize
+}
+
+/// Rows as a `Readings` of arrays of this shape.
+pub fn readings<'py>(
+    py: Python<'py>,
+    rows: Rows,
+    shape: [usize; 2],
+) -> PyResult<Bound<'py, PyAny>> {
+    let mut columns = Vec::new();
+    for values in [rows.f_hz, rows.zeta, rows.sd_f_hz, rows.sd_zeta] {
+        columns.push(PyArray1::from_vec(py, values).reshape(shape)?.into_any());
+    }
+    results::make(py, "Readings", PyTuple::new(py, columns)?)
 }
 
 /// All samples, a block at a time.

@@ -10,8 +10,8 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use rarma_cli::args::Command;
 use rarma_cli::commands::{LobePoint, lobe_chart};
-use rarma_cli::scenario;
-use rarma_cli::truth::TruthRecord;
+use rarma_scenarios::scenario;
+use rarma_scenarios::truth::TruthRecord;
 use std::path::PathBuf;
 
 /// The shipped scenarios: what each shows, by name.

@@ -1,7 +1,7 @@
 //! A WAV file in memory, read and judged as `rarma monitor` does it.
 
 use rarma_cli::Failure;
-use rarma_cli::input::{Health, Known, Stream};
+use rarma_recordings::input::{Health, Known, Stream};
 use serde::Serialize;
 use std::fmt;
 use std::path::Path;

@@ -239,7 +239,7 @@ impl Session {
                             *last = alarm.clone();
                         }
                     }
-                    News::None | News::Histogram(_) => {}
+                    News::None | News::Histogram(_) | News::Notice(_) => {}
                 }
             }
         });

@@ -84,6 +84,7 @@ impl Settings {
             numbers: NumbersArgs { set: Vec::new() },
             every: EVERY_S,
             json: false,
+            screen: None,
             report: None,
             window: None,
             notes: Vec::new(),

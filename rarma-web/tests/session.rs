@@ -4,8 +4,8 @@
 use rarma_box::wire::MonitorJob;
 use rarma_cli::commands::{listen, simulate};
 use rarma_cli::record::{State, Summary};
-use rarma_cli::scenario;
 use rarma_core::monitor::MonitorConfig;
+use rarma_scenarios::scenario;
 use rarma_web::{Opened, Session, Settings};
 
 const RPM: f64 = 1680.0;

@@ -29,6 +29,7 @@ pub struct ArmImage {
     /// Where code (`true`) and data between it (`false`) begin, by address.
     marks: Vec<(u64, bool)>,
     has_defmt_log: bool,
+    entry: u64,
     /// Bytes in flash, and of static memory.
     sizes: (u64, u64),
 }
@@ -81,6 +82,7 @@ impl ArmImage {
             text,
             marks,
             has_defmt_log,
+            entry: elf.entry(),
             sizes,
         })
     }
@@ -88,6 +90,11 @@ impl ArmImage {
     /// Whether what it writes to stdout is a defmt log.
     pub fn has_defmt_log(&self) -> bool {
         self.has_defmt_log
+    }
+
+    /// Address of its first instruction.
+    pub fn entry(&self) -> u64 {
+        self.entry
     }
 
     /// Bytes that it takes in flash.

@@ -2,24 +2,25 @@
 
 use crate::{Result, Workspace, process};
 
-/// Runs `rarma demo` in release and lets it write to the terminal as it goes. It needs no
-/// decoders and no sound card, and is built without: a quarter of a minute less.
+/// The program of the demonstration: it needs no decoders and no sound card, and is built without, a
+/// quarter of a minute less.
+pub const PROGRAM: [&str; 4] = [
+    "--release",
+    "--package",
+    "rarma-cli",
+    "--no-default-features",
+];
+
+/// Runs `rarma demo` in release and lets it write to the terminal as it goes.
 ///
 /// # Errors
 /// When cargo cannot be started.
 pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
     let mut command = process::host_cargo(workspace);
     command
-        .args([
-            "run",
-            "--release",
-            "--package",
-            "rarma-cli",
-            "--no-default-features",
-            "--",
-            "demo",
-            "--out",
-        ])
+        .arg("run")
+        .args(PROGRAM)
+        .args(["--", "demo", "--out"])
         .arg(workspace.root().join("target/demo"))
         .args(arguments);
     Ok(process::exit_code(process::status(&mut command)?))

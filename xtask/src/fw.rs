@@ -1,28 +1,14 @@
 //! `cargo fw build|run|test [BOARD] [CARGO ARGS] [-- IMAGE ARGS]`.
 //!
-//! The emulated board runs in QEMU; a real one is flashed by probe-rs, which then shows the
-//! image's log.
+//! An emulated board runs in QEMU; a real one is flashed by a program of its own, see
+//! [`crate::board`].
 
 use std::path::PathBuf;
 use std::process::Command;
 
-use crate::toolchain::{ARM, Toolchain};
-use crate::{EMULATED_BOARD, EMULATED_BOX, Failure, Result, TARGET, Workspace, process};
-
-/// The cargo profile of a board's images: on a chip with little flash, the small one.
-fn profile(board: &str) -> &'static str {
-    if board == EMULATED_BOARD {
-        "fw"
-    } else {
-        "fw-small"
-    }
-}
-
-/// The program that flashes a real board, as cargo's runner; every real board there is has
-/// this chip.
-const FLASHER: &str = "probe-rs";
-const FLASH_RUNNER: &str = "probe-rs run --chip STM32G474RETx";
-const RUNNER_VARIABLE: &str = "CARGO_TARGET_THUMBV7EM_NONE_EABIHF_RUNNER";
+use crate::board::{self, Board, Runner};
+use crate::toolchain::Toolchain;
+use crate::{EMULATED_BOARD, EMULATED_BOX, Failure, Result, Workspace, pico, process};
 
 /// Cargo options that choose what is built; with one of them no choice is made here.
 const SELECTORS: [&str; 7] = [
@@ -62,7 +48,7 @@ pub struct Request {
     /// What to do.
     pub verb: Verb,
     /// For which board.
-    pub board: String,
+    pub board: &'static Board,
     /// Write the image's path to stdout at the end.
     pub print_elf: bool,
     /// Arguments for cargo.
@@ -73,37 +59,46 @@ pub struct Request {
 
 impl Request {
     /// Builds the image of `board`, nothing else asked.
-    pub fn build(board: &str) -> Self {
+    ///
+    /// # Errors
+    /// When there is no such board.
+    pub fn build(board: &str) -> Result<Self> {
         Self::plain(Verb::Build, board)
     }
 
     /// Builds the whole box for the emulated board.
-    pub fn build_box() -> Self {
-        Self {
+    ///
+    /// # Errors
+    /// None: there is that board.
+    pub fn build_box() -> Result<Self> {
+        Ok(Self {
             cargo_arguments: ["--bin", EMULATED_BOX].map(str::to_owned).to_vec(),
-            ..Self::build(EMULATED_BOARD)
-        }
+            ..Self::build(EMULATED_BOARD)?
+        })
     }
 
     /// Runs the on-target tests of `board`.
-    pub fn test(board: &str) -> Self {
+    ///
+    /// # Errors
+    /// When there is no such board.
+    pub fn test(board: &str) -> Result<Self> {
         Self::plain(Verb::Test, board)
     }
 
-    fn plain(verb: Verb, board: &str) -> Self {
-        Self {
+    fn plain(verb: Verb, board: &str) -> Result<Self> {
+        Ok(Self {
             verb,
-            board: board.to_owned(),
+            board: known(board)?,
             print_elf: false,
             cargo_arguments: Vec::new(),
             image_arguments: Vec::new(),
-        }
+        })
     }
 
     /// Reads the arguments after `cargo fw`.
     ///
     /// # Errors
-    /// When the verb is unknown, or `--print-elf` stands where nothing is only built.
+    /// When the verb or the board is unknown, or `--print-elf` stands where nothing is only built.
     pub fn parse(arguments: &[String]) -> Result<Self> {
         let split = arguments
             .iter()
@@ -120,12 +115,12 @@ impl Request {
             }
         };
         let mut rest = ours.get(1..).unwrap_or_default();
-        let mut board = EMULATED_BOARD.to_owned();
+        let mut board = EMULATED_BOARD;
         if let Some((first, others)) = rest
             .split_first()
             .filter(|(first, _)| !first.starts_with('-'))
         {
-            board.clone_from(first);
+            board = first;
             rest = others;
         }
         let print_elf = rest.iter().any(|word| word == "--print-elf");
@@ -137,7 +132,7 @@ impl Request {
         }
         Ok(Self {
             verb,
-            board,
+            board: known(board)?,
             print_elf,
             cargo_arguments: rest
                 .iter()
@@ -148,10 +143,6 @@ impl Request {
         })
     }
 
-    fn is_emulated(&self) -> bool {
-        self.board == EMULATED_BOARD
-    }
-
     /// The binary that a build makes: the one chosen with `--bin`, else the board's.
     fn binary(&self) -> &str {
         let mut words = self.cargo_arguments.iter();
@@ -160,10 +151,25 @@ impl Request {
                 return name;
             }
             if word == "--bin" {
-                return words.next().unwrap_or(&self.board);
+                return words.next().map_or(self.board.name, String::as_str);
             }
         }
-        &self.board
+        self.board.name
+    }
+
+    /// Options by which cargo runs the image of a real board with what flashes it. No variable: with a dot in
+    /// the triple cargo would put its words behind those of the file.
+    fn runner(&self) -> Vec<String> {
+        let triple = self.board.target.triple;
+        match (self.verb, self.board.runner) {
+            (Verb::Run, Runner::Flasher { line, .. }) => {
+                vec![
+                    "--config".to_owned(),
+                    format!("target.{triple}.runner={line:?}"),
+                ]
+            }
+            _ => Vec::new(),
+        }
     }
 
     /// Everything after `cargo`, without the build directory.
@@ -173,14 +179,14 @@ impl Request {
             "--package",
             "firmware",
             "--target",
-            TARGET,
+            self.board.target.triple,
             "--profile",
-            profile(&self.board),
+            self.board.profile,
             "--features",
         ]
         .map(str::to_owned)
         .to_vec();
-        line.push(format!("board-{}", self.board));
+        line.push(format!("board-{}", self.board.name));
         let chosen = self.cargo_arguments.iter().any(|word| {
             SELECTORS
                 .iter()
@@ -188,7 +194,9 @@ impl Request {
         });
         if !chosen {
             match self.verb {
-                Verb::Build | Verb::Run => line.extend(["--bin".to_owned(), self.board.clone()]),
+                Verb::Build | Verb::Run => {
+                    line.extend(["--bin", self.board.name].map(str::to_owned));
+                }
                 Verb::Test => line.extend(["--test".to_owned(), "*".to_owned()]),
             }
         }
@@ -201,12 +209,20 @@ impl Request {
     }
 }
 
+/// The board of that name.
+fn known(name: &str) -> Result<&'static Board> {
+    Board::of(name).ok_or_else(|| {
+        Failure::usage(format!("no board `{name}`"))
+            .advise(format!("boards: {}", boards().join(", ")))
+    })
+}
+
 /// Path of a board's linked image, by the name of its binary.
-pub fn elf_path(workspace: &Workspace, board: &str, binary: &str) -> PathBuf {
+pub fn elf_path(workspace: &Workspace, board: &Board, binary: &str) -> PathBuf {
     workspace
         .firmware_target_dir()
-        .join(TARGET)
-        .join(profile(board))
+        .join(board.target.triple)
+        .join(board.profile)
         .join(binary)
 }
 
@@ -214,19 +230,17 @@ pub fn elf_path(workspace: &Workspace, board: &str, binary: &str) -> PathBuf {
 pub fn command(workspace: &Workspace, toolchain: &Toolchain, request: &Request) -> Command {
     let mut command = toolchain.cargo(workspace);
     command
-        .args(same_anywhere(workspace))
+        .args(same_anywhere(workspace, toolchain))
+        .args(request.runner())
         .args(request.cargo_line())
         .env("CARGO_TARGET_DIR", workspace.firmware_target_dir())
         .env("RARMA_XTASK", workspace.program());
-    if request.verb == Verb::Run && !request.is_emulated() {
-        command.env(RUNNER_VARIABLE, FLASH_RUNNER);
-    }
     command
 }
 
 /// Options by which an image is the same wherever it is built: the texts of its panics hold the paths
 /// of its sources.
-fn same_anywhere(workspace: &Workspace) -> [String; 2] {
+fn same_anywhere(workspace: &Workspace, toolchain: &Toolchain) -> [String; 2] {
     let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
     let home = home.or_else(|| Some(std::env::home_dir()?.join(".cargo")));
     let folders = [
@@ -241,7 +255,8 @@ fn same_anywhere(workspace: &Workspace) -> [String; 2] {
         .rev()
         .map(|(folder, name)| format!("--remap-path-prefix={}={name}", folder.display()))
         .collect();
-    let flags = format!("target.{TARGET}.rustflags={flags:?}");
+    // A triple may hold a dot: cargo looks it up by its two parts, as it stands.
+    let flags = format!("target.{}.rustflags={flags:?}", toolchain.target().triple);
     ["--config".to_owned(), flags]
 }
 
@@ -250,27 +265,17 @@ fn same_anywhere(workspace: &Workspace) -> [String; 2] {
 /// # Errors
 /// When no toolchain has the target, or the build fails.
 pub fn build_image(workspace: &Workspace, board: &str) -> Result<PathBuf> {
-    let toolchain = Toolchain::find_or_make(workspace, ARM)?;
-    let request = Request::build(board);
+    let request = Request::build(board)?;
+    let toolchain = Toolchain::find_or_make(workspace, request.board.target)?;
     process::run(&mut command(workspace, &toolchain, &request))?;
-    Ok(elf_path(workspace, board, board))
+    Ok(elf_path(workspace, request.board, board))
 }
 
-/// Boards that have a memory map.
-///
-/// # Errors
-/// When the folder of memory maps cannot be listed.
-pub fn boards(workspace: &Workspace) -> Result<Vec<String>> {
-    let folder = workspace.root().join("firmware/memory");
-    let entries = std::fs::read_dir(&folder).map_err(|why| {
-        Failure::new(format!("cannot list the boards in {}", folder.display())).because(why)
-    })?;
-    let mut boards: Vec<String> = entries
-        .flatten()
-        .filter_map(|entry| Some(entry.file_name().to_str()?.strip_suffix(".x")?.to_owned()))
-        .collect();
+/// Names of the boards.
+pub fn boards() -> Vec<String> {
+    let mut boards = board::ALL.map(|board| board.name.to_owned()).to_vec();
     boards.sort();
-    Ok(boards)
+    boards
 }
 
 /// The command `cargo fw`.
@@ -279,43 +284,42 @@ pub fn boards(workspace: &Workspace) -> Result<Vec<String>> {
 /// When the arguments are wrong, no toolchain has the target, or cargo cannot be started.
 pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
     let request = Request::parse(arguments)?;
-    let boards = boards(workspace)?;
-    if !boards.contains(&request.board) {
+    let name = request.board.name;
+    if request.verb == Verb::Test && !request.board.is_emulated() {
         return Err(
-            Failure::usage(format!("no board `{}`", request.board)).advise(format!(
-                "boards with a map in firmware/memory: {}",
-                boards.join(", ")
+            Failure::usage(format!("board `{name}` is not emulated")).advise(format!(
+                "`cargo fw test {EMULATED_BOARD}`; `cargo fw run {name}` flashes the image"
             )),
         );
     }
-    if request.verb == Verb::Test && !request.is_emulated() {
-        return Err(
-            Failure::usage(format!("board `{}` is not emulated", request.board)).advise(format!(
-                "`cargo fw test {EMULATED_BOARD}`; `cargo fw run {}` flashes the image",
-                request.board
-            )),
-        );
-    }
-    if request.verb == Verb::Run
-        && !request.is_emulated()
-        && process::find_program(FLASHER).is_none()
+    if let (
+        Verb::Run,
+        Runner::Flasher {
+            program, advice, ..
+        },
+    ) = (request.verb, request.board.runner)
+        && process::find_program(program).is_none()
     {
-        return Err(
-            Failure::new(format!("no {FLASHER} to flash the board with"))
-                .advise("`cargo install probe-rs-tools --locked`, then connect the board by USB"),
-        );
+        return Err(Failure::new(format!("no {program} to flash the board with")).advise(advice));
     }
 
-    let toolchain = Toolchain::find_or_make(workspace, ARM)?;
+    let toolchain = Toolchain::find_or_make(workspace, request.board.target)?;
     eprintln!("fw: {}", toolchain.description());
     let status = process::status(&mut command(workspace, &toolchain, &request))?;
     if !status.success() {
         return Ok(process::exit_code(status));
     }
+    if request.verb == Verb::Build && request.binary() == pico::BOARD {
+        let elf = elf_path(workspace, request.board, pico::BOARD);
+        eprintln!(
+            "fw: to flash it by drag and drop: {}",
+            pico::finish(&elf)?.display()
+        );
+    }
     if request.print_elf {
         println!(
             "{}",
-            elf_path(workspace, &request.board, request.binary()).display()
+            elf_path(workspace, request.board, request.binary()).display()
         );
     }
     Ok(0)
@@ -334,7 +338,7 @@ mod tests {
     fn builds_the_emulated_board_by_default() {
         let request = parse("").expect("no arguments are fine");
         assert_eq!(
-            (request.verb, request.board.as_str()),
+            (request.verb, request.board.name),
             (Verb::Build, EMULATED_BOARD)
         );
         assert!(
@@ -346,22 +350,22 @@ mod tests {
 
     #[test]
     fn board_cargo_and_image_arguments_are_told_apart() {
-        let request = parse("run other --verbose -- monitor a.wav --fs 10").expect("valid");
-        assert_eq!(request.board, "other");
+        let request = parse("run pico2 --verbose -- monitor a.wav --fs 10").expect("valid");
+        assert_eq!(request.board.name, "pico2");
         assert_eq!(request.cargo_arguments, ["--verbose"]);
         assert_eq!(request.image_arguments, ["monitor", "a.wav", "--fs", "10"]);
         assert!(
             request
                 .cargo_line()
                 .join(" ")
-                .ends_with("--bin other --verbose -- monitor a.wav --fs 10")
+                .ends_with("--bin pico2 --verbose -- monitor a.wav --fs 10")
         );
     }
 
     #[test]
     fn an_option_is_no_board() {
         let request = parse("build --print-elf --bin count").expect("valid");
-        assert_eq!(request.board, EMULATED_BOARD);
+        assert_eq!(request.board.name, EMULATED_BOARD);
         assert!(request.print_elf);
         assert_eq!(request.binary(), "count");
         assert!(
@@ -371,19 +375,36 @@ mod tests {
     }
 
     #[test]
-    fn a_real_board_has_the_small_profile_and_its_own_runner() {
+    fn a_board_has_its_profile_and_its_core() {
         let line = |words: &str| parse(words).expect("valid").cargo_line().join(" ");
-        assert!(line("build nucleo-g474re").contains("--profile fw-small "));
+        let nucleo = line("build nucleo-g474re");
+        assert!(nucleo.contains("--target thumbv7em-none-eabihf --profile fw-small "));
+        let pico = line("build pico2");
+        assert!(pico.contains("--target thumbv8m.main-none-eabihf --profile fw-small "));
         assert!(line("build").contains("--profile fw "));
-        assert!(!parse("run nucleo-g474re").expect("valid").is_emulated());
-        assert!(FLASH_RUNNER.starts_with(FLASHER));
-        let target = TARGET.to_uppercase().replace('-', "_");
-        assert_eq!(RUNNER_VARIABLE, format!("CARGO_TARGET_{target}_RUNNER"));
+        assert!(
+            !parse("run nucleo-g474re")
+                .expect("valid")
+                .board
+                .is_emulated()
+        );
+    }
+
+    #[test]
+    fn every_memory_map_is_a_boards() {
+        let maps = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/memory");
+        let entries = std::fs::read_dir(maps).expect("a folder of maps").flatten();
+        let mut names: Vec<String> = entries
+            .filter_map(|entry| Some(entry.file_name().to_str()?.strip_suffix(".x")?.to_owned()))
+            .collect();
+        names.sort();
+        assert_eq!(names, boards());
     }
 
     #[test]
     fn wrong_lines_are_refused_by_name() {
         assert!(parse("flash").is_err_and(|failure| failure.to_string().contains("flash")));
+        assert!(parse("run other").is_err_and(|failure| failure.to_string().contains("pico2")));
         assert!(parse("run --print-elf").is_err_and(|failure| failure.exit_code() == 2));
     }
 }

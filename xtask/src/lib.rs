@@ -4,18 +4,24 @@
 //! takes the arguments after its name and returns the process' exit code.
 
 pub mod arm_image;
+pub mod board;
+pub mod book;
 pub mod chip;
 pub mod count;
 pub mod demo;
 pub mod failure;
 pub mod fuzz;
 pub mod fw;
+pub mod gallery;
 pub mod long;
 pub mod page;
+pub mod pico;
 pub mod process;
 pub mod qemu;
 pub mod rooms;
+pub mod screens;
 pub mod sound;
+pub mod tmux;
 pub mod toolchain;
 pub mod verify;
 pub mod web;
@@ -24,11 +30,14 @@ pub mod workspace;
 pub use failure::{Failure, Result};
 pub use workspace::Workspace;
 
-/// The Rust target of every board: Cortex-M4 with a single-precision FPU.
+/// The Rust target of most boards: Cortex-M4 with a single-precision FPU.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// The board that is emulated, and the default of every command.
+/// The board that is emulated whole, and the default of every command.
 pub const EMULATED_BOARD: &str = "mps2-an386";
+
+/// The board whose emulated core is a Cortex-M33: what is counted and tested there.
+pub const EMULATED_M33: &str = "mps2-an505";
 
 /// The image of the whole box on that board, whose link is a serial port.
 pub const EMULATED_BOX: &str = "mps2-an386-box";

@@ -29,7 +29,30 @@ pub fn forget_outer_cargo(command: &mut Command) -> &mut Command {
 pub fn host_cargo(workspace: &Workspace) -> Command {
     let mut command = Command::new("cargo");
     command.current_dir(workspace.root());
+    // What cargo says of this package is nothing to another build: a package whose build looks at one of
+    // these (`ring` does) would be built anew after each build by hand.
+    for (name, _) in env::vars_os() {
+        let name_of = name.to_string_lossy();
+        if name_of.starts_with("CARGO_PKG_") || name_of.starts_with("CARGO_MANIFEST_") {
+            command.env_remove(name);
+        }
+    }
     command
+}
+
+/// What every check chooses that builds for the host: cargo gives a shared dependency the features that
+/// all chosen packages ask for, so that another choice would build nearly everything anew.
+pub const HOST: [&str; 3] = ["--workspace", "--features", "rarma-cli/fleet"];
+
+/// Builds `rarma` as the checks do, with every command; where it is.
+///
+/// # Errors
+/// It does not build.
+pub fn rarma(workspace: &Workspace) -> Result<PathBuf> {
+    let mut build = host_cargo(workspace);
+    build.args(["build", "--release", "--quiet", "--bin", "rarma"]);
+    run(build.args(HOST))?;
+    Ok(workspace.target_dir().join("release/rarma"))
 }
 
 /// The command line as one would type it, for messages.

@@ -1,4 +1,4 @@
-//! The emulated Cortex-M4F: how QEMU is called, and `xtask qemu` as cargo's runner.
+//! The emulated cores: how QEMU is called, and `xtask qemu` as cargo's runner.
 //!
 //! QEMU is for arithmetic, programs and exit codes; it models no time and no
 //! interrupt latency.
@@ -12,6 +12,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::arm_image::ArmImage;
+use crate::board::Machine;
 use crate::toolchain::packages;
 use crate::{EMULATED_BOX, Failure, Result, Workspace, process};
 
@@ -36,11 +37,11 @@ pub fn ensure_installed() -> Result<()> {
     })
 }
 
-/// QEMU with an image; `arguments` reach it as its semihosting command line, joined by blanks.
-pub fn qemu_command(elf: &Path, arguments: &[String]) -> Command {
+/// QEMU with an image for a machine; `arguments` reach it as its semihosting command line, joined by blanks.
+pub fn qemu_command(machine: Machine, elf: &Path, arguments: &[String]) -> Command {
     let mut command = Command::new(PROGRAM);
     command
-        .args(["-cpu", "cortex-m4", "-machine", "mps2-an386"])
+        .args(machine.options())
         .args(["-nographic", "-monitor", "none", "-serial", "none"])
         // One instruction is one tick of virtual time: runs repeat exactly.
         .args(["-icount", "shift=0"])
@@ -55,7 +56,7 @@ pub fn qemu_command(elf: &Path, arguments: &[String]) -> Command {
 pub fn box_command(elf: &Path, address: &str) -> Command {
     let mut command = Command::new(PROGRAM);
     command
-        .args(["-cpu", "cortex-m4", "-machine", "mps2-an386"])
+        .args(Machine::An386.options())
         .args(["-nographic", "-monitor", "none"])
         .arg("-serial")
         .arg(format!("tcp:{address},server=on,wait=off"))
@@ -148,13 +149,14 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
         ));
     };
     let elf = Path::new(elf);
-    let logs = ArmImage::read(elf)?.has_defmt_log();
+    let image = ArmImage::read(elf)?;
+    let logs = image.has_defmt_log();
     ensure_installed()?;
     if elf.file_stem().is_some_and(|stem| stem == EMULATED_BOX) {
         return run_box(elf);
     }
 
-    let mut command = qemu_command(elf, arguments);
+    let mut command = qemu_command(Machine::of_entry(image.entry()), elf, arguments);
     let decoder = if logs { log_decoder(workspace) } else { None };
     let Some(decoder) = decoder else {
         let mut child = command
@@ -227,7 +229,7 @@ mod tests {
 
     #[test]
     fn the_image_comes_last() {
-        let command = qemu_command(Path::new("image.elf"), &[]);
+        let command = qemu_command(Machine::An386, Path::new("image.elf"), &[]);
         let line = process::spelled(&command);
         assert!(
             line.starts_with("qemu-system-arm -cpu cortex-m4 -machine mps2-an386"),

@@ -26,7 +26,7 @@ const BUILD_HERE: &str = "/* build */";
 const STYLE: &str = "style.css";
 const COLOURS_HERE: &str = "/* colours */";
 /// The report's style sheet, and where its colours end.
-const REPORT_STYLE: &str = "rarma-cli/src/report/style.css";
+const REPORT_STYLE: &str = "rarma-pictures/src/style.css";
 const COLOURS_END: &str = "* { box-sizing";
 
 /// The page, built.

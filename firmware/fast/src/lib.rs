@@ -8,8 +8,8 @@
 use core::slice::Iter;
 use rarma_core::monitor::{Monitor, Report};
 
-/// [`Monitor::push`] of samples in a row, up to the first report.
+/// [`Monitor::push_row`].
 #[inline(never)]
 pub fn push(monitor: &mut Monitor<f32>, samples: &mut Iter<'_, f32>) -> Option<Report<f32>> {
-    samples.find_map(|&x| monitor.push(x))
+    monitor.push_row(samples)
 }

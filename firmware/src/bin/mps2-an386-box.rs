@@ -12,6 +12,7 @@ fn main() {
 mod target {
     use cortex_m_semihosting::debug::{EXIT_FAILURE, exit};
     use firmware::SensorBox;
+    use firmware::board::ListeningBox;
     use firmware::boards::mps2_an386::Mps2Box;
     use {cortex_m as _, defmt_semihosting as _};
 
@@ -26,7 +27,7 @@ mod target {
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
-        let mut board = Mps2Box::set_up();
+        let mut board = ListeningBox::new(Mps2Box::set_up());
         // The emulated board has memory enough for the box on the stack.
         let mut sensor_box = SensorBox::start(&mut board);
         sensor_box.run(&mut board)

@@ -7,14 +7,16 @@
 //! Two applications use them: [`App`](crate::App) runs one job over a recording and needs
 //! a [`Board`]; the whole box needs a [`BoxBoard`],
 //! whose interrupt of the current converter runs a [`CurrentLoop`](crate::CurrentLoop)
-//! over a [`CoilBridge`].
+//! over a [`CoilBridge`]. A board that only listens supplies a [`Listener`], which is half of that.
 
 mod code;
 mod coils;
+mod listener;
 mod whole;
 
 pub use code::{AdcCode, DacCode};
 pub use coils::{COILS, CoilBridge};
+pub use listener::{Listener, ListenerError, ListeningBox};
 pub use whole::{
     BoxBoard, Contacts, Emergency, FlashSeen, GAPS, LEAST_BROWN_OUT_MV, Lights, Origin, Pulse,
     ResetCause, SensorCodes, WATCHDOG_US,

@@ -41,8 +41,8 @@ impl Ready {
     /// Copies field by field: each is short enough for the compiler to move in registers, where it calls
     /// a function for the whole, four times as slow.
     #[inline(always)]
-    fn give(&self, to: &mut Self) {
-        let (order, into) = (&self.order, &mut to.order);
+    fn take(&mut self, order: &CoilOrder, scale: Scale, sound: bool) {
+        let into = &mut self.order;
         into.action = order.action;
         into.target_a = order.target_a;
         into.per_volt = order.per_volt;
@@ -59,8 +59,8 @@ impl Ready {
             }
             (force, into) => *into = *force,
         }
-        to.scale = self.scale;
-        to.sound = self.sound;
+        self.scale = scale;
+        self.sound = sound;
     }
 }
 
@@ -95,12 +95,9 @@ impl MainSide {
     /// Gives an order, takes what has been seen since the last one; none where no loop is.
     pub fn exchange(&mut self, held: &mut impl Held, order: &CoilOrder) -> Option<CoilReport> {
         let finite = order.target_a.iter().all(|a| a.is_finite());
-        let ready = Ready {
-            order: *order,
-            scale: Scale::new(&order.limits),
-            sound: finite && order.per_volt > 0.0 && order.per_volt < 1.0,
-        };
-        let seen = held.hold(|regulators| regulators.trade(&ready))?;
+        let scale = Scale::new(&order.limits);
+        let sound = finite && order.per_volt > 0.0 && order.per_volt < 1.0;
+        let seen = held.hold(|regulators| regulators.trade(order, scale, sound))?;
         if seen.closings != self.closings {
             // Nothing is known of the time before the switches were closed.
             self.closings = seen.closings;
@@ -169,8 +166,7 @@ impl CurrentLoop {
     /// An order for what has been counted: copies only, for the loop's interrupt waits. A function
     /// of its own, so that a board can put it into fast memory.
     #[inline(never)]
-    fn trade(&mut self, ready: &Ready) -> Counted {
-        let order = &ready.order;
+    fn trade(&mut self, order: &CoilOrder, scale: Scale, sound: bool) -> Counted {
         let was = self.ready.order.action;
         if order.clear {
             self.trip = None;
@@ -178,7 +174,7 @@ impl CurrentLoop {
         if order.action != was {
             self.begin(order.action);
         }
-        ready.give(&mut self.ready);
+        self.ready.take(order, scale, sound);
         if order.quiet
             && let Some(signal) = &mut self.signal
         {

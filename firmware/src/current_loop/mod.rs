@@ -184,7 +184,9 @@ impl CurrentLoop {
                 displacement_m: [x, y],
                 trusted: force.trusted,
             });
-            self.block = block.or(self.block);
+            if block.is_some() {
+                self.block = block;
+            }
         }
         self.change = signal.next_period();
         if self.change.is_none() {

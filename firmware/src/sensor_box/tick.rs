@@ -3,11 +3,14 @@
 use super::SensorBox;
 use crate::board::BoxBoard;
 use crate::rig;
+use heapless::Vec;
 use rarma_box::guard::{Duty, Facts, FaultCode, Mode, Permission, RigSeen, Stage};
 use rarma_box::settings::{LINK_HEARTBEAT, TACHO_PULSES, TACHO_SILENCE};
 
 /// Readings of the slow sensors in a row that failed and are a fault.
 const SENSORS_LOST: u32 = 3;
+/// Findings of the rig's watch in one millisecond that are told.
+const MOST_FOUND: usize = 8;
 /// A current sensor's zero further off than this is no zero, A.
 const MOST_ZERO_A: f32 = 0.25;
 
@@ -100,11 +103,15 @@ impl SensorBox {
                 .then_some(self.rig.set_pa()),
             spindle_hz: self.spindle_hz(now_us),
         };
-        let mut watch = core::mem::take(&mut self.watch);
-        watch.update(mode, &limits, &seen, &mut |code, place, value| {
+        // Most milliseconds find nothing; what finds no place here is found again in the next.
+        let mut found = Vec::<_, MOST_FOUND>::new();
+        self.watch
+            .update(mode, &limits, &seen, &mut |code, place, value| {
+                let _ = found.push((code, place, value));
+            });
+        for (code, place, value) in found {
             self.fault(board, code, place, value, now_us);
-        });
-        self.watch = watch;
+        }
     }
 
     fn supervise<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) -> Permission {

@@ -2,8 +2,9 @@
 
 use crate::{Target, check};
 use rarma_box::wire::{Command, Deframer, Head, MAX_FRAME, Telemetry, decode, encode, head};
-use rarma_cli::frames::{FrameReader, to_json, words};
-use rarma_cli::raw_streams::{Piece as RawPiece, RawStreams};
+use rarma_cli::frames::{to_json, words};
+use rarma_recordings::FrameReader;
+use rarma_recordings::raw_streams::{Piece as RawPiece, RawStreams};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde::ser::SerializeTuple;

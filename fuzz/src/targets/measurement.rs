@@ -1,7 +1,7 @@
 //! Measurements: receptances, readings of a ball bar, load steps, modes of a structure.
 
 use crate::{Target, check, scratch};
-use rarma_cli::input::{
+use rarma_recordings::input::{
     Circles, Function, circle_file, merge, read_circles, read_load_steps, read_receptances,
     read_structure, write_uff,
 };
@@ -167,13 +167,13 @@ fn receptances(name: &str, bytes: &[u8]) {
 }
 
 /// As many functions, and numbers, as were written.
-fn same(before: &[Function], after: &[Function], measured: &[rarma_cli::input::Role]) {
+fn same(before: &[Function], after: &[Function], measured: &[rarma_recordings::input::Role]) {
     assert_eq!(after.len(), measured.len());
     for (f, role) in after.iter().zip(measured) {
         assert_eq!(f.role, Some(*role));
         let was = before
             .iter()
-            .find(|b| b.role.unwrap_or(rarma_cli::input::Role::Uu) == *role)
+            .find(|b| b.role.unwrap_or(rarma_recordings::input::Role::Uu) == *role)
             .expect("what was written was read");
         for (a, b) in was.g.iter().zip(&f.g) {
             let size = a.re.abs().max(a.im.abs());

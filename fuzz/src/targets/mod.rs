@@ -10,10 +10,11 @@ mod words;
 
 use crate::Target;
 
-pub(crate) const ALL: [Target; 18] = [
+pub(crate) const ALL: [Target; 19] = [
     recording::WAV,
     recording::TABLE,
     recording::RAW,
+    recording::TDMS,
     recording::FRAMES,
     speeds::SPEEDS,
     measurement::RECEPTANCES,

@@ -2,7 +2,7 @@
 
 use super::link::{Piece, SESSION, framed, head_words, pieces};
 use crate::{Target, check, scratch};
-use rarma_cli::input::{self, ReadOptions, Recording};
+use rarma_recordings::input::{self, ReadOptions, Recording};
 use std::path::Path;
 
 pub(super) const WAV: Target = Target {
@@ -41,6 +41,34 @@ pub(super) const TABLE: Target = Target {
         ]
         .map(str::to_owned)
         .to_vec()
+    },
+};
+
+pub(super) const TDMS: Target = Target {
+    name: "tdms",
+    reads: "recordings, TDMS",
+    run: |bytes| {
+        for options in variants() {
+            read("case.tdms", bytes, &options);
+        }
+    },
+    words: || {
+        let names = [
+            "TDSm",
+            "TDSh",
+            "/'g'/'x'",
+            "wf_increment",
+            "wf_xunit_string",
+            "unit_string",
+            "NI_Number_Of_Scales",
+            "NI_Scale[0]_Scale_Type",
+            "NI_Scale[0]_Linear_Slope",
+            "Linear",
+            "Polynomial",
+        ];
+        let bits = [0x0e, 0x2e, 0x4e, 0x6e, 0x8e, 0x08, 0x0a, 0x20, 0xff];
+        let bits = bits.map(|b: u8| [b, 0, 0, 0].map(char::from).iter().collect());
+        names.map(str::to_owned).into_iter().chain(bits).collect()
     },
 };
 

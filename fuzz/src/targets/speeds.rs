@@ -1,7 +1,7 @@
 //! Speeds of a spindle as a control tells them: a file that is read at once, and a pipe.
 
 use crate::{Target, check, scratch};
-use rarma_cli::input::{InputError, Speeds};
+use rarma_recordings::input::{InputError, Speeds};
 use std::io::{self, Read};
 use std::path::Path;
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};

@@ -5,7 +5,7 @@ use clap::Parser;
 use rarma_box::settings::SETTINGS;
 use rarma_box::wire::Command;
 use rarma_cli::args::Cli;
-use rarma_cli::speech;
+use rarma_scenarios::speech;
 
 pub(super) const WORDS: Target = Target {
     name: "words",

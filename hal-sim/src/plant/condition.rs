@@ -16,7 +16,7 @@ pub(super) struct Condition {
 impl Condition {
     pub(super) fn at(process: &Process, t: f64) -> Self {
         let (spindle_hz, worn) = match process {
-            Process::Milling(c) => (c.spindle_at(t), 1.0 + c.wear.cutting_per_s * t),
+            Process::Milling(c) => (c.carrier_at(t), 1.0 + c.wear.cutting_per_s * t),
             Process::Turning(c) => (c.spindle_hz, 1.0),
         };
         let (first, last) = in_stock_s(process);

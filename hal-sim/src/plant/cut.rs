@@ -9,6 +9,7 @@ use super::process::Schedule;
 use super::sound::{Microphone, MicrophoneConfig};
 use super::truth::Truth;
 use super::turning::{Turning, TurningConfig};
+use super::variation::SpeedVariation;
 
 /// What is cut, and by what.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,8 +67,32 @@ impl Process {
             Self::Milling(c) => {
                 c.spindle_hz = spindle_hz;
                 c.speed = None;
+                c.variation = None;
             }
-            Self::Turning(c) => c.spindle_hz = spindle_hz,
+            Self::Turning(c) => {
+                c.spindle_hz = spindle_hz;
+                c.variation = None;
+            }
+        }
+        out
+    }
+
+    /// Swing of its speed, if any.
+    #[must_use]
+    pub fn variation(&self) -> Option<SpeedVariation> {
+        match self {
+            Self::Milling(c) => c.variation,
+            Self::Turning(c) => c.variation,
+        }
+    }
+
+    /// The same cut with a speed that swings, or one that does not.
+    #[must_use]
+    pub fn with_variation(&self, variation: Option<SpeedVariation>) -> Self {
+        let mut out = self.clone();
+        match &mut out {
+            Self::Milling(c) => c.variation = variation,
+            Self::Turning(c) => c.variation = variation,
         }
         out
     }
@@ -134,14 +159,17 @@ impl Machine {
     pub fn step_rate_hz(&self) -> f64 {
         match self {
             Self::Milling(m) => m.fastest_step_rate_hz(),
-            Self::Turning(m) => 1.0 / m.dt(),
+            Self::Turning(m) => m.fastest_step_rate_hz(),
         }
     }
 
     /// Whether the step rate changes.
     #[must_use]
     pub fn changes_speed(&self) -> bool {
-        matches!(self, Self::Milling(m) if m.config().speed.is_some())
+        match self {
+            Self::Milling(m) => m.config().speed.is_some() || m.config().variation.is_some(),
+            Self::Turning(m) => m.config().variation.is_some(),
+        }
     }
 
     /// Advances by one step and returns the state after it.
@@ -151,7 +179,6 @@ impl Machine {
             Self::Milling(m) => m.step(),
             Self::Turning(m) => {
                 let s = m.step();
-                let spindle_hz = m.config().spindle_hz;
                 MillSample {
                     t: s.t,
                     position_m: [s.position_m, 0.0],
@@ -165,8 +192,8 @@ impl Machine {
                     force_n: [s.force_n, 0.0],
                     depth_m: s.width_m,
                     chip_m: s.chip_m,
-                    spindle_hz,
-                    feed_m: m.config().feed_m * spindle_hz * s.t,
+                    spindle_hz: s.spindle_hz,
+                    feed_m: s.feed_m,
                 }
             }
         }

@@ -101,6 +101,7 @@ fn turning_truth_is_the_closed_form() {
     let scenario = Scenario {
         process: Process::Turning(Box::new(TurningConfig {
             spindle_hz: 10_422.9 / 60.0,
+            variation: None,
             feed_m: 1e-4,
             ks_n_per_m2: 2e9,
             edge_n_per_m: 0.0,

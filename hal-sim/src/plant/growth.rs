@@ -47,7 +47,13 @@ pub fn milling_growth(
     mill.disturb(2, 0, 0.5e-4, 0.0);
     // Quarters of whole revolutions: the modulation by the teeth averages out.
     let turn = (mill.step_rate_hz() / config.spindle_hz).round();
-    let quarter = ((duration_s * config.spindle_hz / 4.0).ceil() * turn) as usize;
+    // Where the speed swings, quarters of whole swings, to a step.
+    let turns = duration_s * config.spindle_hz / 4.0;
+    let quarter = match &config.variation {
+        Some(v) => (turns * v.frequency_ratio).ceil() / v.frequency_ratio * turn,
+        None => turns.ceil() * turn,
+    }
+    .round() as usize;
     let mut energy = [0.0_f64; 4];
     for sum in &mut energy {
         for _ in 0..quarter {
@@ -60,7 +66,7 @@ pub fn milling_growth(
             *sum += x * x + y * y;
         }
     }
-    let time = 2.0 * quarter as f64 * mill.dt();
+    let time = 2.0 * quarter as f64 / (turn * config.spindle_hz);
     Ok(0.5 * (energy[3] / energy[1]).ln() / time)
 }
 

@@ -13,8 +13,9 @@ use super::error::PlantError;
 pub use super::milling_config::{Engagement, MillingConfig};
 pub use super::milling_motion::MillSample;
 use super::milling_motion::{Motion, Moving, tooth_cells};
-use super::modal::FohStep;
+use super::modal::{FohStep, ShapedMode};
 use super::process::{Contact, SmoothNoise};
+use super::variation::StepTable;
 pub use super::workpiece::{Gap, Workpiece};
 use core::f64::consts::TAU;
 
@@ -65,7 +66,10 @@ struct Now {
 /// is negative damping of about b·H·dt/(4mω): enough to move a limit.
 ///
 /// Where the speed changes, it does so from revolution to revolution, and the
-/// step with it: the angles stay on their grid.
+/// step with it: the angles stay on their grid. A speed that swings does so from
+/// step to step: each is as long as the spindle takes for one cell, so that the
+/// delay solves the integral of the speed over it without an interpolation. The
+/// feed follows the spindle.
 ///
 /// Limits: circular tooth paths (feed small against the radius), no axial modes,
 /// angles on the grid of cells.
@@ -89,6 +93,10 @@ pub struct Milling {
     since: (u64, f64),
     /// A speed that goes before the schedule's, Hz.
     told_hz: Option<f64>,
+    /// The speed without its swing, Hz.
+    carrier_hz: f64,
+    /// Where the speed swings: the time, s, and the steps of each mode by their length.
+    swinging: Option<(f64, Vec<StepTable>)>,
 }
 
 impl Milling {
@@ -138,6 +146,12 @@ impl Milling {
         let mut runout = config.runout_m.clone();
         runout.resize(config.teeth, 0.0);
         let noisy = config.noise.relative > 0.0 || config.noise.background_n > 0.0;
+        let swinging = config.variation.map(|_| {
+            let step_s = |hz: f64| 1.0 / (hz * count as f64);
+            let (least, most) = (step_s(config.fastest_hz()), step_s(config.slowest_hz()));
+            let table = |s: &ShapedMode| StepTable::new(&s.mode, least, most);
+            (0.0, shapes.iter().map(table).collect())
+        });
         let mut out = Self {
             tooth_cell: tooth_cells(&config, count)?,
             modes: shapes.into_iter().map(|s| Moving::new(s, dt)).collect(),
@@ -154,6 +168,8 @@ impl Milling {
             index: 0,
             since: (0, 0.0),
             told_hz: None,
+            carrier_hz: spindle_hz,
+            swinging,
             config,
         };
         out.lay_first_surface();
@@ -220,7 +236,7 @@ impl Milling {
             self.change_speed();
         }
         self.index += 1;
-        let t = self.since.1 + (self.index - self.since.0) as f64 * self.dt;
+        let t = self.advance_time();
         let now = self.now(t, (self.index % count) as usize);
         let mut predicted = Motion::default();
         for m in &self.modes {
@@ -263,15 +279,22 @@ impl Milling {
     /// From the next revolution on the spindle turns at this, Hz, whatever its schedule says,
     /// within the slowest and the fastest of it; without a schedule it is passed over.
     pub fn turn(&mut self, spindle_hz: f64) {
-        let within = self.config.slowest_hz()..=self.config.fastest_hz();
-        self.told_hz = Some(spindle_hz.clamp(*within.start(), *within.end()));
+        let (slowest, fastest) = self.config.carriers_hz();
+        self.told_hz = Some(spindle_hz.clamp(slowest, fastest));
     }
 
     /// Takes on the speed for the revolution that begins.
     fn change_speed(&mut self) {
-        let t = self.since.1 + (self.index - self.since.0) as f64 * self.dt;
-        let wanted = self.told_hz.unwrap_or_else(|| self.config.spindle_at(t));
-        if wanted == self.spindle_hz {
+        let t = match &self.swinging {
+            Some((now_s, _)) => *now_s,
+            None => self.since.1 + (self.index - self.since.0) as f64 * self.dt,
+        };
+        let wanted = self.told_hz.unwrap_or_else(|| self.config.carrier_at(t));
+        if wanted == self.carrier_hz {
+            return;
+        }
+        self.carrier_hz = wanted;
+        if self.swinging.is_some() {
             return;
         }
         self.since = (self.index, t);
@@ -283,6 +306,26 @@ impl Milling {
         if let Some(noise) = &mut self.noise {
             noise.retime(self.config.noise.bandwidth_hz, self.dt);
         }
+    }
+
+    /// The time after one more step, s, whose length follows the speed where that swings.
+    fn advance_time(&mut self) -> f64 {
+        let (Some(variation), Some((now_s, tables))) = (&self.config.variation, &mut self.swinging)
+        else {
+            return self.since.1 + (self.index - self.since.0) as f64 * self.dt;
+        };
+        let turns = 1.0 / self.cells.len() as f64;
+        let swing_hz = variation.frequency_hz(self.config.spindle_hz);
+        self.dt = variation.time_for_s(self.carrier_hz, swing_hz, *now_s, turns);
+        *now_s += self.dt;
+        self.spindle_hz = turns / self.dt;
+        for (m, table) in self.modes.iter_mut().zip(tables) {
+            m.step = table.at(self.dt);
+        }
+        if let Some(noise) = &mut self.noise {
+            noise.retime(self.config.noise.bandwidth_hz, self.dt);
+        }
+        *now_s
     }
 
     fn now(&mut self, t: f64, turn: usize) -> Now {

@@ -4,6 +4,7 @@
 use super::error::{PlantError, non_negative, positive, require};
 use super::modal::{Mode, ShapedMode};
 use super::process::{Contact, ForceNoise, ProcessDamping, Schedule, Wear};
+use super::variation::SpeedVariation;
 use super::workpiece::Workpiece;
 use core::f64::consts::{PI, TAU};
 
@@ -72,6 +73,8 @@ pub struct MillingConfig {
     /// Spindle frequency over time, Hz, if it changes: between half and twice the
     /// nominal one.
     pub speed: Option<Schedule>,
+    /// Swing of the speed about that, if any; its frequency is RVF times the nominal one.
+    pub variation: Option<SpeedVariation>,
     /// Feed per tooth in +x, m, ≥ 0 (mean over the teeth).
     pub feed_per_tooth_m: f64,
     /// Tangential cutting coefficient Kt, N/m², > 0.
@@ -123,6 +126,7 @@ impl Default for MillingConfig {
             runout_m: Vec::new(),
             spindle_hz: 10_000.0 / 60.0,
             speed: None,
+            variation: None,
             feed_per_tooth_m: 0.0,
             kt_n_per_m2: 6.0e8,
             kn_n_per_m2: 2.0e8,
@@ -189,6 +193,9 @@ impl MillingConfig {
             require(speed.smallest() >= 0.5 * self.spindle_hz, "speed")?;
             require(speed.largest() <= 2.0 * self.spindle_hz, "speed")?;
         }
+        if let Some(variation) = &self.variation {
+            variation.validate()?;
+        }
         if let Some(piece) = &self.workpiece {
             piece.validate()?;
         }
@@ -203,23 +210,36 @@ impl MillingConfig {
     /// Spindle frequency at time `t` s, Hz.
     #[must_use]
     pub fn spindle_at(&self, t: f64) -> f64 {
+        let swing = self.variation.map(|v| v.factor(self.spindle_hz, t));
+        self.carrier_at(t) * swing.unwrap_or(1.0)
+    }
+
+    /// The same without its swing.
+    #[must_use]
+    pub fn carrier_at(&self, t: f64) -> f64 {
         self.speed.as_ref().map_or(self.spindle_hz, |s| s.at(t))
+    }
+
+    /// Lowest and highest spindle frequency there will be without its swing, Hz.
+    #[must_use]
+    pub fn carriers_hz(&self) -> (f64, f64) {
+        self.speed
+            .as_ref()
+            .map_or((self.spindle_hz, self.spindle_hz), |s| {
+                (s.smallest(), s.largest())
+            })
     }
 
     /// Lowest spindle frequency there will be, Hz.
     #[must_use]
     pub fn slowest_hz(&self) -> f64 {
-        self.speed
-            .as_ref()
-            .map_or(self.spindle_hz, Schedule::smallest)
+        self.carriers_hz().0 * (1.0 - self.variation.map_or(0.0, |v| v.amplitude))
     }
 
     /// Highest spindle frequency there will be, Hz.
     #[must_use]
     pub fn fastest_hz(&self) -> f64 {
-        self.speed
-            .as_ref()
-            .map_or(self.spindle_hz, Schedule::largest)
+        self.carriers_hz().1 * (1.0 + self.variation.map_or(0.0, |v| v.amplitude))
     }
 
     /// All modes with their shapes: x, then y, then the others.

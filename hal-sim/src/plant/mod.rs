@@ -11,6 +11,7 @@
 //!   their way;
 //! * [`stability`] limits in closed form, [`growth`] limits from the simulation,
 //!   [`delay`] limits and operational damping by semi-discretisation;
+//! * [`variation`] a spindle speed that swings;
 //! * [`ldbb`] a machine under a loaded ball bar, and the bar's air;
 //! * [`cers`] magnets, amplifiers, sensors and the structure of the exciter;
 //! * [`els`] tool, holder and spindle as beams, joints and bearings, the elastic link;
@@ -41,6 +42,7 @@ pub mod stability;
 pub mod surface;
 pub mod truth;
 pub mod turning;
+pub mod variation;
 pub mod workpiece;
 
 pub use error::PlantError;

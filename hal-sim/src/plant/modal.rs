@@ -11,6 +11,7 @@
 
 use super::error::{PlantError, positive, require};
 use super::linalg::Square;
+use super::variation::StepTable;
 use core::f64::consts::TAU;
 
 /// One mode of vibration at the point and in the direction where the force acts.
@@ -176,6 +177,20 @@ impl FohStep {
         }
     }
 
+    /// The straight line from this step to another, at `part` of the way.
+    pub(super) fn between(&self, other: &Self, part: f64) -> Self {
+        let mix =
+            |a: [f64; 2], b: [f64; 2]| [a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1])];
+        Self {
+            phi: [
+                mix(self.phi[0], other.phi[0]),
+                mix(self.phi[1], other.phi[1]),
+            ],
+            gamma0: mix(self.gamma0, other.gamma0),
+            gamma1: mix(self.gamma1, other.gamma1),
+        }
+    }
+
     /// State (q m, v m/s) after one step under a force from `f0` to `f1` N.
     #[inline]
     #[must_use]
@@ -224,6 +239,13 @@ impl ModeBank {
             steps: modes.iter().map(|m| FohStep::new(m, dt)).collect(),
             state: vec![[0.0; 2]; modes.len()],
         })
+    }
+
+    /// From now on steps of `dt` s, out of tables of each mode.
+    pub(super) fn retime(&mut self, tables: &[StepTable], dt: f64) {
+        for (step, table) in self.steps.iter_mut().zip(tables) {
+            *step = table.at(dt);
+        }
     }
 
     /// Displacement at the tip, m.

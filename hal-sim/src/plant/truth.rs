@@ -6,7 +6,8 @@
 use super::condition::{Condition, arc, entering, in_stock_s, interrupted};
 use super::cut::Process;
 use super::delay::{
-    Border, Crossing, DelaySystem, DepthSearch, Root, limit, limit_by, milling_delay, turning_roots,
+    Border, Crossing, DelaySystem, DepthSearch, Root, limit, limit_by, milling_delay,
+    turning_delay, turning_roots,
 };
 use super::error::PlantError;
 use super::milling::MillingConfig;
@@ -169,7 +170,7 @@ fn frozen(c: &MillingConfig, t: f64) -> MillingConfig {
         1.0 + c.wear.cutting_per_s * t
     };
     MillingConfig {
-        spindle_hz: if fresh { c.spindle_hz } else { c.spindle_at(t) },
+        spindle_hz: if fresh { c.spindle_hz } else { c.carrier_at(t) },
         speed: None,
         kt_n_per_m2: c.kt_n_per_m2 * worn,
         kn_n_per_m2: c.kn_n_per_m2 * worn,
@@ -184,9 +185,14 @@ fn frozen(c: &MillingConfig, t: f64) -> MillingConfig {
 /// # Errors
 /// As [`milling_delay`].
 fn delay_of(config: &MillingConfig, depth_m: f64) -> Result<DelaySystem, PlantError> {
+    finer(|steps| milling_delay(config, depth_m, steps))
+}
+
+/// What it gives for steps that are short enough.
+fn finer(at: impl Fn(f64) -> Result<DelaySystem, PlantError>) -> Result<DelaySystem, PlantError> {
     let mut steps = STEPS_PER_PERIOD;
     loop {
-        match milling_delay(config, depth_m, steps) {
+        match at(steps) {
             Err(PlantError::OutOfRange {
                 name: "steps_per_period",
             }) if steps < MOST_STEPS_PER_PERIOD => steps *= 2.0,
@@ -208,6 +214,9 @@ pub fn roots(
 ) -> Result<Vec<Root>, PlantError> {
     match process {
         Process::Milling(c) => Ok(delay_of(&frozen(c, t), depth_m)?.roots(wanted)),
+        Process::Turning(c) if c.variation.is_some() => {
+            Ok(finer(|steps| turning_delay(c, depth_m, steps))?.roots(wanted))
+        }
         Process::Turning(c) => turning_roots(c, depth_m, wanted),
     }
 }
@@ -216,6 +225,9 @@ pub fn roots(
 fn radius(process: &Process, t: f64, depth_m: f64) -> Result<f64, PlantError> {
     let radius = match process {
         Process::Milling(c) => delay_of(&frozen(c, t), depth_m)?.radius(),
+        Process::Turning(c) if c.variation.is_some() => {
+            finer(|steps| turning_delay(c, depth_m, steps))?.radius()
+        }
         Process::Turning(c) => turning_roots(c, depth_m, 1)?
             .first()
             .map_or(0.0, |r| (r.growth_per_s / c.spindle_hz).exp()),
@@ -238,9 +250,9 @@ pub fn limit_of(process: &Process, t: f64, search: &DepthSearch) -> Result<Borde
             let c = frozen(c, t);
             limit(search, |b| delay_of(&c, b))
         }
-        Process::Turning(c) => {
+        Process::Turning(_) => {
             let depth_m = limit_by(search, |b| radius(process, t, b))?;
-            let roots = turning_roots(c, depth_m, 1)?;
+            let roots = roots(process, t, depth_m, 1)?;
             Ok(Border {
                 depth_m,
                 crossing: Crossing::Hopf,
@@ -254,9 +266,12 @@ pub fn limit_of(process: &Process, t: f64, search: &DepthSearch) -> Result<Borde
 const LEAST_ARC_RAD: f64 = 0.9;
 
 /// The zero-order limit, m, where the method is valid: equal straight teeth, modes
-/// along x and y, no rubbing, an arc of at least 0.9 rad.
+/// along x and y, no rubbing, an arc of at least 0.9 rad, a speed that does not swing.
 #[must_use]
 pub fn zero_order_m(process: &Process) -> Option<f64> {
+    if process.variation().is_some() {
+        return None;
+    }
     let found = match process {
         Process::Milling(c) => {
             let arc = c.engagement.exit_rad - c.engagement.entry_rad;

@@ -8,12 +8,15 @@
 use super::error::{PlantError, non_negative, positive};
 use super::modal::{Mode, ModeBank};
 use super::process::{Contact, ForceNoise, ProcessDamping, Schedule, SmoothNoise};
+use super::variation::{SpeedVariation, StepTable};
 
 /// Configuration of [`Turning`]. SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TurningConfig {
-    /// Spindle frequency, Hz, > 0.
+    /// Spindle frequency, Hz, > 0; the mean one if it swings.
     pub spindle_hz: f64,
+    /// Swing of the speed, if any.
+    pub variation: Option<SpeedVariation>,
     /// Feed per revolution, m, ≥ 0.
     pub feed_m: f64,
     /// Cutting coefficient Ks in the direction of the chip thickness, N/m², > 0.
@@ -45,6 +48,9 @@ impl TurningConfig {
     /// `OutOfRange` or `WrongLength` naming the field.
     pub fn validate(&self) -> Result<(), PlantError> {
         positive(self.spindle_hz, "spindle_hz")?;
+        if let Some(variation) = &self.variation {
+            variation.validate()?;
+        }
         non_negative(self.feed_m, "feed_m")?;
         positive(self.ks_n_per_m2, "ks_n_per_m2")?;
         non_negative(self.edge_n_per_m, "edge_n_per_m")?;
@@ -55,6 +61,20 @@ impl TurningConfig {
         }
         self.noise.validate()?;
         positive(self.min_step_rate_hz, "min_step_rate_hz")
+    }
+
+    /// Spindle frequency at time `t` s, Hz.
+    #[must_use]
+    pub fn spindle_at(&self, t: f64) -> f64 {
+        let swing = self.variation.map(|v| v.factor(self.spindle_hz, t));
+        self.spindle_hz * swing.unwrap_or(1.0)
+    }
+
+    /// Lowest and highest spindle frequency there will be, Hz.
+    #[must_use]
+    pub fn speeds_hz(&self) -> (f64, f64) {
+        let a = self.variation.map_or(0.0, |v| v.amplitude);
+        (self.spindle_hz * (1.0 - a), self.spindle_hz * (1.0 + a))
     }
 }
 
@@ -75,6 +95,10 @@ pub struct TurnSample {
     pub width_m: f64,
     /// Chip thickness, m; 0 out of contact.
     pub chip_m: f64,
+    /// Spindle frequency, Hz.
+    pub spindle_hz: f64,
+    /// How far the tool has been fed, m.
+    pub feed_m: f64,
 }
 
 /// The virtual lathe.
@@ -82,7 +106,9 @@ pub struct TurnSample {
 /// q > 0 points into the workpiece. With the feed position X = feed·t/T (T one
 /// revolution): tip u = q + X, h = max(0, u - S\[angle\]), S ← u where the tool
 /// cut, F = -(Ks·h + edge)·b. If it always cuts, h = feed + q(t) - q(t-T).
-/// Exact modal step, force predicted and corrected as in milling.
+/// Exact modal step, force predicted and corrected as in milling. A speed that swings
+/// makes the steps longer and shorter, one cell of angle each, as in milling; the feed
+/// follows the spindle.
 #[derive(Clone, Debug)]
 pub struct Turning {
     config: TurningConfig,
@@ -93,6 +119,9 @@ pub struct Turning {
     damping: f64,
     noise: Option<SmoothNoise<2>>,
     index: u64,
+    /// Where the speed swings: the time, s, and the steps of each mode by their length.
+    swinging: Option<(f64, Vec<StepTable>)>,
+    spindle_hz: f64,
 }
 
 impl Turning {
@@ -102,10 +131,14 @@ impl Turning {
     /// As [`TurningConfig::validate`] and [`Mode::validate`].
     pub fn new(config: TurningConfig) -> Result<Self, PlantError> {
         config.validate()?;
-        let count = (config.min_step_rate_hz / config.spindle_hz - 1e-9)
-            .ceil()
-            .max(4.0) as usize;
+        let (slowest, fastest) = config.speeds_hz();
+        let count = (config.min_step_rate_hz / slowest - 1e-9).ceil().max(4.0) as usize;
         let dt = 1.0 / (config.spindle_hz * count as f64);
+        let swinging = config.variation.map(|_| {
+            let step_s = |hz: f64| 1.0 / (hz * count as f64);
+            let table = |m: &Mode| StepTable::new(m, step_s(fastest), step_s(slowest));
+            (0.0, config.modes.iter().map(table).collect())
+        });
         let feed_speed = config.feed_m * config.spindle_hz;
         // Cell i was last cut at step i - count; cell 0 at time 0 itself.
         let surface = (0..count)
@@ -122,6 +155,8 @@ impl Turning {
                 .map_or(0.0, |p| p.per_speed(config.spindle_hz)),
             noise: noisy.then(|| SmoothNoise::new(config.noise.bandwidth_hz, dt, config.seed)),
             index: 0,
+            swinging,
+            spindle_hz: config.spindle_hz,
             config,
         })
     }
@@ -132,7 +167,7 @@ impl Turning {
         self.surface.len()
     }
 
-    /// Step length, s.
+    /// Step length now, s.
     #[must_use]
     pub fn dt(&self) -> f64 {
         self.dt
@@ -152,11 +187,14 @@ impl Turning {
     /// Advances by one step and returns the state after it.
     pub fn step(&mut self) -> TurnSample {
         self.index += 1;
-        let t = self.index as f64 * self.dt;
+        let t = self.advance_time();
         let width = self.config.width.at(t);
         let noise = self.noise.as_mut().map_or([0.0; 2], SmoothNoise::advance);
         let cell = (self.index % self.surface.len() as u64) as usize;
-        let feed = self.config.feed_m * self.config.spindle_hz * t;
+        let feed = match &self.swinging {
+            Some(_) => self.config.feed_m * self.index as f64 / self.surface.len() as f64,
+            None => self.config.feed_m * self.config.spindle_hz * t,
+        };
         let (q, v) = self.bank.peek(self.force, self.force);
         let (force, _) = self.cut(q + feed, v, cell, width, &noise);
         let (q, v) = self.bank.step(self.force, force);
@@ -176,7 +214,40 @@ impl Turning {
             force_n: force,
             width_m: width,
             chip_m: chip,
+            spindle_hz: self.spindle_hz,
+            feed_m: feed,
         }
+    }
+
+    /// Steps per second at the highest speed there will be, Hz.
+    #[must_use]
+    pub fn fastest_step_rate_hz(&self) -> f64 {
+        match &self.swinging {
+            Some(_) => self.config.speeds_hz().1 * self.surface.len() as f64,
+            None => 1.0 / self.dt,
+        }
+    }
+
+    /// The time after one more step, s, whose length follows the speed where that swings.
+    fn advance_time(&mut self) -> f64 {
+        let (Some(variation), Some((now_s, tables))) = (&self.config.variation, &mut self.swinging)
+        else {
+            return self.index as f64 * self.dt;
+        };
+        let c = &self.config;
+        let turns = 1.0 / self.surface.len() as f64;
+        let swing_hz = variation.frequency_hz(c.spindle_hz);
+        self.dt = variation.time_for_s(c.spindle_hz, swing_hz, *now_s, turns);
+        *now_s += self.dt;
+        self.spindle_hz = turns / self.dt;
+        self.bank.retime(tables, self.dt);
+        if let Some(noise) = &mut self.noise {
+            noise.retime(c.noise.bandwidth_hz, self.dt);
+        }
+        if let Some(rub) = c.process_damping {
+            self.damping = rub.per_speed(self.spindle_hz);
+        }
+        *now_s
     }
 
     fn cut(&self, tip: f64, v: f64, cell: usize, b: f64, noise: &[f64; 2]) -> (f64, f64) {
@@ -206,6 +277,7 @@ mod tests {
     fn lathe(width_m: f64) -> TurningConfig {
         TurningConfig {
             spindle_hz: 10_422.9 / 60.0,
+            variation: None,
             feed_m: 1e-4,
             ks_n_per_m2: 2e9,
             edge_n_per_m: 0.0,

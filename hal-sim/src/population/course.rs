@@ -2,10 +2,11 @@
 
 use super::machine::Machine;
 use super::ranges::{self as r, chance, one_of};
-use super::state::{Judge, Stretch};
+use super::state::{Cutting, Judge, Stretch};
 use crate::plant::PlantError;
 use crate::plant::cut::Process;
 use crate::plant::process::Schedule;
+use crate::plant::variation::SpeedVariation;
 use rand_chacha::ChaCha8Rng;
 
 /// Chatter nearer to a multiple of the speed than this part of it, and than [`NEAR_HZ`],
@@ -13,6 +14,12 @@ use rand_chacha::ChaCha8Rng;
 const NEAR_TURNS: f64 = 0.055;
 /// See [`NEAR_TURNS`].
 const NEAR_HZ: f64 = 1.5;
+
+/// A speed that swings is told straight between points this far apart, s: at four swings a
+/// second and RVA 0.2 that is off by 0.02 %.
+const SWING_EVERY_S: f64 = 0.002;
+/// Before a steady cut begins, and how long the tool takes into it, s.
+const STEADY: (f64, f64) = (0.5, 0.1);
 
 /// How a cut comes and goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -81,13 +88,18 @@ impl Planned {
     pub(super) fn speed_at(&self, t_s: f64) -> f64 {
         match &self.process {
             Process::Milling(c) => c.spindle_at(t_s + self.lead_s),
-            Process::Turning(c) => c.spindle_hz,
+            Process::Turning(c) => c.spindle_at(t_s + self.lead_s),
         }
     }
 
     /// Spindle speed over time, straight between points: (s of the recording, Hz).
     pub(super) fn speeds(&self) -> Vec<(f64, f64)> {
         let nominal = self.process.spindle_hz();
+        if self.process.variation().is_some() {
+            let count = (self.length_s / SWING_EVERY_S).ceil() as u32;
+            let times = (0..=count).map(|k| f64::from(k) * SWING_EVERY_S);
+            return times.map(|t| (t, self.speed_at(t))).collect();
+        }
         let Process::Milling(c) = &self.process else {
             return vec![(0.0, nominal)];
         };
@@ -153,6 +165,42 @@ pub(super) fn plan(rng: &mut ChaCha8Rng, machine: &Machine) -> Result<Planned, P
         lead_s,
         length_s,
         limit_part: part,
+    })
+}
+
+/// The machine of a plan in a steady cut: from air into full depth, and so to the end, with a
+/// speed that is constant or swings.
+///
+/// # Errors
+/// What the plant refuses; `Unsettled` where the truth of the swing cannot be told.
+pub(super) fn steady(
+    planned: &Planned,
+    variation: Option<SpeedVariation>,
+    length_s: f64,
+) -> Result<Planned, PlantError> {
+    let full_m = planned.process.depth().largest();
+    let in_s = STEADY.0 + STEADY.1;
+    let depth = Schedule::new(&[(STEADY.0, 0.0), (in_s, full_m)])?;
+    let hz = planned.process.spindle_hz();
+    let process = planned.process.at_spindle_hz(hz).at_depth(depth);
+    let process = process.with_variation(variation);
+    let root = Judge::new(&process, full_m).root(hz, full_m)?;
+    let stretch = |from_s: f64, cutting: Cutting| Stretch { from_s, cutting };
+    let stretches = vec![
+        stretch(0.0, Cutting::Air),
+        stretch(STEADY.0, Cutting::Margin),
+        stretch(in_s, Cutting::of(root.zeta)),
+    ];
+    Ok(Planned {
+        course: Course::Entry,
+        changes: Changes::default(),
+        exits: false,
+        lead_s: 0.0,
+        length_s,
+        stretches,
+        operational: (root.f_hz, root.zeta),
+        process,
+        ..planned.clone()
     })
 }
 

@@ -104,6 +104,7 @@ fn turning(rng: &mut ChaCha8Rng) -> (Process, f64) {
     let fastest = fastest_hz(&modes);
     let config = TurningConfig {
         spindle_hz: r::TURNED_RPM.draw(rng) / 60.0,
+        variation: None,
         feed_m: r::FEED_M.draw(rng),
         ks_n_per_m2: ks,
         edge_n_per_m: r::EDGE_N_PER_M.draw(rng),

@@ -21,6 +21,7 @@ pub mod state;
 
 use crate::plant::PlantError;
 use crate::plant::cut::Process;
+use crate::plant::variation::SpeedVariation;
 use course::{Course, Planned};
 use heard::Heard;
 use rand::SeedableRng;
@@ -78,6 +79,22 @@ impl Cut {
             error: ranges::Span::even(-1.0, 1.0).draw(&mut rng),
             delay_s: ranges::CONTROL_DELAY_S.draw(&mut rng),
             planned,
+        })
+    }
+
+    /// The same machine, room and sensor in a steady cut: half a second of air, then full depth
+    /// to the end, with the nominal speed constant or swinging about it.
+    ///
+    /// # Errors
+    /// What the plant refuses; `Unsettled` where the truth of the swing cannot be told.
+    pub fn steady(
+        &self,
+        variation: Option<SpeedVariation>,
+        length_s: f64,
+    ) -> Result<Self, PlantError> {
+        Ok(Self {
+            planned: course::steady(&self.planned, variation, length_s)?,
+            ..self.clone()
         })
     }
 

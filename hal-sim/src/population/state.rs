@@ -32,6 +32,19 @@ pub enum Cutting {
     Unstable,
 }
 
+impl Cutting {
+    /// Of a cut whose least damped root has this damping, whatever its limit is.
+    pub(super) fn of(zeta: f64) -> Self {
+        if zeta < 0.0 {
+            Self::Unstable
+        } else if zeta >= LEAST_DAMPING {
+            Self::Stable
+        } else {
+            Self::Margin
+        }
+    }
+}
+
 /// A stretch of time, from its start, s, to the next one's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stretch {
@@ -98,10 +111,16 @@ impl<'a> Judge<'a> {
         if let Some(root) = self.known.get(&key) {
             return Ok(*root);
         }
-        let here = self.process.at_spindle_hz(spindle_hz);
+        let swings = self.process.variation();
+        let here = self
+            .process
+            .at_spindle_hz(spindle_hz)
+            .with_variation(swings);
         // They come by their growth: a slow one may grow faster than a quick one that is
         // less damped.
-        let found = roots(&here, 0.0, depth_m, ROOTS)?;
+        // Over the long period of a swing the others are out of reach.
+        let wanted = if swings.is_some() { 1 } else { ROOTS };
+        let found = roots(&here, 0.0, depth_m, wanted)?;
         let root = found.into_iter().min_by(|a, b| a.zeta.total_cmp(&b.zeta));
         let root = root.ok_or(PlantError::Unsettled)?;
         self.known.insert(key, root);

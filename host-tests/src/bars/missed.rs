@@ -21,9 +21,9 @@ pub const MISSED: &[Missed] = &[
     Missed {
         bar: "board duties: % of the core, loop at 50 kHz with a stepped sine, monitor (4,3)",
         asked: 0.0..=60.0,
-        got: 102.0..=108.0,
+        got: 88.0..=95.0,
         test: "board_duties::the_loop_breaks_into_listening",
-        why: "two magnets' law and the lock-in take 60 % in every period, the monitor 45: a stepped sine and a listening monitor do not go together",
+        why: "regulators, two magnets' law and the lock-in take 51 % in every period, listening and everything else 40",
     },
     Missed {
         bar: "board passes: a setting is saved, ms",
@@ -35,16 +35,16 @@ pub const MISSED: &[Missed] = &[
     Missed {
         bar: "board time: % of the core, (8,7), speed not told",
         asked: 0.0..=55.0,
-        got: 61.0..=65.0,
+        got: 58.0..=62.0,
         test: "board_time::what_the_core_takes_for_its_samples",
         why: "the model takes 2600 instructions a decimated sample with its roots, the box beside it 90 a sample; they wait for nothing, the rest for the flash a tenth of its time",
     },
     Missed {
         bar: "board time: % of the core, (8,7), speed told",
         asked: 0.0..=55.0,
-        got: 73.0..=77.0,
+        got: 68.0..=72.0,
         test: "board_time::what_the_core_takes_for_its_samples",
-        why: "as above, and the lines of the spectrum with their belief take 270 instructions a sample",
+        why: "as above, and lines, their removal and the belief in the speed take 200 instructions a sample",
     },
     Missed {
         bar: "controller: released, s, told live",
@@ -168,7 +168,7 @@ pub const MISSED: &[Missed] = &[
     Missed {
         bar: "near: 90 %, ms, 3 Hz beside a tooth line, told",
         asked: 0.0..=1500.0,
-        got: 2650.0..=2750.0,
+        got: 2600.0..=2700.0,
         test: "near_harmonic::chatter_near_a_forced_line_is_found_or_declared",
         why: "four are found for two before the rules of the modes went, one of them late",
     },
@@ -299,13 +299,6 @@ pub const MISSED: &[Missed] = &[
         why: "the lines need a window and the sum of some more, and no idle was heard before the cut",
     },
     Missed {
-        bar: "ramp: onset, ms, chatter-onset, 1680 1/min",
-        asked: -200.0..=600.0,
-        got: 628.0..=728.0,
-        test: "cutting::a_cut_that_passes_the_limit_is_called_soon",
-        why: "the lines need a window and the sum of some more, and no idle was heard before the cut",
-    },
-    Missed {
         bar: "ramp: onset, ms, three-mode-chatter, 11000 1/min",
         asked: -200.0..=600.0,
         got: 736.0..=836.0,
@@ -374,6 +367,34 @@ pub const MISSED: &[Missed] = &[
         got: 1.226..=1.346,
         test: "virtual_machine::resonance_and_chatter_of_the_three_mode_miller",
         why: "the lines need a window and the sum of some more, and no idle was heard before the cut",
+    },
+    Missed {
+        bar: "act, long: of 20 none said",
+        asked: 19.0..=20.0,
+        got: 4.0..=10.0,
+        test: "act_linuxcnc::a_real_controller_turns_chattering_cuts_to_a_stable_speed_long",
+        why: "a speed is proposed from a chance of 0.2 on, for a try costs little; each is given back",
+    },
+    Missed {
+        bar: "act, long: of 50 chatter 15 dB less",
+        asked: 48.0..=50.0,
+        got: 23.0..=31.0,
+        test: "act_linuxcnc::a_real_controller_turns_chattering_cuts_to_a_stable_speed_long",
+        why: "17 do not end stable; why six that do stay below 15 dB was not looked into",
+    },
+    Missed {
+        bar: "act, long: of 50 end stable",
+        asked: 48.0..=50.0,
+        got: 29.0..=37.0,
+        test: "act_linuxcnc::a_real_controller_turns_chattering_cuts_to_a_stable_speed_long",
+        why: "the advice: two in three at the first speed, by the frequency of the alarm; in nine cuts no speed is proposed",
+    },
+    Missed {
+        bar: "act, long: of 50 vibration 15 dB less",
+        asked: 48.0..=50.0,
+        got: 7.0..=15.0,
+        test: "act_linuxcnc::a_real_controller_turns_chattering_cuts_to_a_stable_speed_long",
+        why: "in a pocket a multiple of the teeth stands near the mode: what the teeth force stays",
     },
     Missed {
         bar: "advice: % none said where there is none, with a structure",

@@ -1,6 +1,6 @@
 //! Advice in words a machinist can act on.
 
-use super::{AdviceRecord, HelpRecord, Missing, SpeedRecord};
+use super::{AdviceRecord, HelpRecord, Missing, SpeedRecord, VariationRecord};
 
 /// What to do about one alarm, a sentence each.
 pub fn sentences(advice: &AdviceRecord) -> Vec<String> {
@@ -43,6 +43,7 @@ pub fn sentences(advice: &AdviceRecord) -> Vec<String> {
             ));
             let helps: Vec<&str> = advice.helps.iter().map(|h| help(*h)).collect();
             out.push(format!("What helps: {}.", helps.join("; ")));
+            out.extend(advice.variation.as_ref().map(swing));
             if let Some(rpm) = advice.beyond_rpm {
                 out.push(format!(
                     "Above the reach the next pocket lies just below {rpm:.0} 1/min."
@@ -51,6 +52,22 @@ pub fn sentences(advice: &AdviceRecord) -> Vec<String> {
         }
     }
     out
+}
+
+/// A speed that swings, and what to expect of it.
+fn swing(v: &VariationRecord) -> String {
+    let chance = 100.0 * v.chance;
+    if v.helps {
+        format!(
+            "A swing of the speed is likely to help: from {:.0} to {:.0} 1/min and back, a sine {} times a second (RVA {:.2}, RVF {:.3}): stable with a chance of {chance:.0} %.",
+            v.rpm[0], v.rpm[1], v.swing, v.rva, v.rvf
+        )
+    } else {
+        format!(
+            "A swing of the speed is not likely to help (chance {chance:.0} %): the best that the drive can do, {:.0} to {:.0} 1/min {} times a second, swings the phase of the wave between two teeth by {:.1} rad to either side.",
+            v.rpm[0], v.rpm[1], v.swing, v.phase
+        )
+    }
 }
 
 /// How the feed follows.
@@ -117,6 +134,7 @@ mod tests {
             speeds,
             beyond_rpm: Some(16_500.0),
             helps: vec![HelpRecord::LessDepth, HelpRecord::OtherTeeth],
+            variation: None,
         }
     }
 
@@ -146,6 +164,38 @@ mod tests {
             ..advice(Vec::new())
         };
         assert!(sentences(&many)[0].contains("swings 90.0 times"));
+    }
+
+    #[test]
+    fn a_swing_is_said_with_its_chance() {
+        let swing = VariationRecord {
+            rva: 0.2,
+            rvf: 0.08,
+            rpm: [1200.0, 1800.0],
+            swing: 2.0,
+            acceleration: 395.0,
+            phase: 31.4,
+            chance: 0.85,
+            growth_ratio: -2.0,
+            helps: true,
+        };
+        let with = |variation| AdviceRecord {
+            variation: Some(variation),
+            ..advice(Vec::new())
+        };
+        let said = sentences(&with(swing.clone()));
+        assert!(said[2].starts_with("A swing of the speed is likely to help: from 1200 to 1800"));
+        assert!(said[2].contains("2 times a second") && said[2].ends_with("85 %."));
+        let not = VariationRecord {
+            helps: false,
+            chance: 0.1,
+            phase: 1.3,
+            ..swing
+        };
+        let said = sentences(&with(not));
+        assert!(
+            said[2].contains("not likely to help (chance 10 %)") && said[2].contains("1.3 rad")
+        );
     }
 
     #[test]

@@ -1,11 +1,32 @@
 //! Options of `els`.
 
 use super::{pair, within};
-use crate::els::diagram::Cut;
-use crate::els::hammer::Sensor;
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 use rarma_rigs::els::CutConfig;
+use rarma_scenarios::els::diagram::Cut;
+use rarma_scenarios::els::hammer;
 use std::path::PathBuf;
+
+/// What the sensor measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Sensor {
+    /// m/s².
+    Acceleration,
+    /// m/s.
+    Velocity,
+    /// m.
+    Displacement,
+}
+
+impl From<Sensor> for hammer::Sensor {
+    fn from(sensor: Sensor) -> Self {
+        match sensor {
+            Sensor::Acceleration => Self::Acceleration,
+            Sensor::Velocity => Self::Velocity,
+            Sensor::Displacement => Self::Displacement,
+        }
+    }
+}
 
 /// The commands of `els`.
 #[derive(Debug, Clone, Subcommand)]

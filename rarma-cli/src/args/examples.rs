@@ -27,6 +27,10 @@ const EXAMPLES: &[(&[&str], &[Example])] = &[
                 "rarma monitor cut.m4a --rpm 12000 --teeth 2 --json",
             ),
             (
+                "What LabVIEW has logged, its second channel",
+                "rarma monitor run.tdms --channel 1 --rpm 1656 --teeth 6",
+            ),
+            (
                 "Raw samples from a microphone that another program reads",
                 "rarma monitor - --raw s16 --fs 48000 --rpm 1656",
             ),
@@ -59,6 +63,10 @@ const EXAMPLES: &[(&[&str], &[Example])] = &[
             (
                 "The structure's modes are known from a hammer test",
                 "rarma advise cut.wav --rpm 12000 --teeth 2 --structure modes.json",
+            ),
+            (
+                "What came of other cuts with this tool counts, and this one is added to them",
+                "rarma advise cut.wav --rpm 12000 --teeth 2 --known cuts.csv --depth-mm 2 --remember",
             ),
         ],
     ),
@@ -253,6 +261,88 @@ const EXAMPLES: &[(&[&str], &[Example])] = &[
                 "rarma connect tcp:192.168.0.7:7000 --record box.frames",
             ),
         ],
+    ),
+    (
+        &["gateway"],
+        &[
+            (
+                "Is the file right, and all that it names there?",
+                "rarma gateway plant.toml --check",
+            ),
+            (
+                "Boxes to the plant's broker, until Ctrl-C",
+                "rarma gateway plant.toml",
+            ),
+        ],
+    ),
+    (
+        &["store", "add"],
+        &[
+            (
+                "Records as they come, each once",
+                "rarma store add records.jsonl --store plant.db",
+            ),
+            (
+                "What a test with the ball bar printed",
+                "rarma store add m3.json --machine M3 --time 2026-03-01T12:00:00Z --store plant.db",
+            ),
+        ],
+    ),
+    (
+        &["store", "receive"],
+        &[(
+            "What all gateways of the plant send",
+            "rarma store receive store.toml --store plant.db",
+        )],
+    ),
+    (
+        &["store", "show"],
+        &[("Kinds and machines", "rarma store show --store plant.db")],
+    ),
+    (
+        &["store", "ask"],
+        &[
+            (
+                "Alarms of March by tool",
+                "rarma store ask alarms --by tool --from 2026-03 --to 2026-03 --store plant.db",
+            ),
+            (
+                "How often advice helped, for another program",
+                "rarma store ask advice --csv advice.csv --store plant.db",
+            ),
+            (
+                "Every capability over time, for pandas or DuckDB",
+                "rarma store ask readings --parquet readings.parquet --store plant.db",
+            ),
+        ],
+    ),
+    (
+        &["store", "export"],
+        &[(
+            "Into another store",
+            "rarma store export --store plant.db --out all.jsonl",
+        )],
+    ),
+    (
+        &["store", "thin"],
+        &[(
+            "Keep verdicts from March on",
+            "rarma store thin --before 2026-03-01 --store plant.db",
+        )],
+    ),
+    (
+        &["trends"],
+        &[(
+            "What has changed, with pictures",
+            "rarma trends --store plant.db --report page/",
+        )],
+    ),
+    (
+        &["plant"],
+        &[(
+            "A year of fifty machines",
+            "rarma plant --machines 50 --months 12 --seed 1 --out plant/",
+        )],
     ),
     (&["demo"], &[("Another virtual cut", "rarma demo --seed 7")]),
     (

@@ -1,6 +1,6 @@
 //! Which files a command reads and writes, for [`crate::output::check`].
 
-use super::{CersCommand, Command, ElsCommand, LdbbCommand, OutArgs, ReadingArgs};
+use super::{CersCommand, Command, ElsCommand, LdbbCommand, OutArgs, ReadingArgs, StoreCommand};
 use crate::output::Files;
 use std::path::{Path, PathBuf};
 
@@ -25,6 +25,7 @@ impl Command {
             Self::Advise(a) => files
                 .read([&a.monitor.input.input])
                 .read(&a.monitor.structure)
+                .read(&a.known)
                 .folder("--report", a.monitor.report.as_ref(), PAGE),
             Self::Act(a) => files
                 .read([&a.monitor.input.input])
@@ -65,6 +66,14 @@ impl Command {
             Self::Box(a) => files.read(&a.sim).record("--record", a.record.as_ref()),
             Self::Decode(a) => files.read([&a.input]).file("--wav", a.wav.as_ref()),
             Self::Connect(a) => files.read([&a.port]).record("--record", a.record.as_ref()),
+            Self::Gateway(a) => files.read([&a.file]),
+            Self::Store(command) => store(command, files),
+            Self::Trends(a) => files
+                .read([&a.store.store])
+                .file("--csv", a.table.csv.as_ref())
+                .file("--parquet", a.table.parquet.as_ref())
+                .folder("--report", a.report.as_ref(), PAGE),
+            Self::Plant(a) => files.folder("--out", Some(&a.out), &["records.jsonl", "truth.json"]),
             Self::Completions(_) => files,
             Self::Man(a) => files.folder("--out", Some(&a.out), &["rarma.1"]),
             Self::Demo(a) => files.folder("--out", Some(&a.out), &["telemetry.bin", "index.html"]),
@@ -74,6 +83,20 @@ impl Command {
 
 fn page(files: Files, out: &OutArgs) -> Files {
     files.folder("--report", out.report.as_ref(), PAGE)
+}
+
+/// A store is read and written in its own way; no table may be written onto it.
+fn store(command: &StoreCommand, files: Files) -> Files {
+    match command {
+        StoreCommand::Add(a) => files.read(&a.files),
+        StoreCommand::Receive(a) => files.read([&a.file]),
+        StoreCommand::Ask(a) => files
+            .read([&a.store.store])
+            .file("--csv", a.table.csv.as_ref())
+            .file("--parquet", a.table.parquet.as_ref()),
+        StoreCommand::Export(a) => files.read([&a.store.store]).file("--out", a.out.as_ref()),
+        StoreCommand::Show(_) | StoreCommand::Thin(_) => files,
+    }
 }
 
 fn els(command: &ElsCommand, files: Files) -> Files {

@@ -1,5 +1,6 @@
 //! Options of the commands about a box.
 
+use super::ScreenArg;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -93,6 +94,9 @@ pub struct ConnectArgs {
     /// there is one, --key is the old one, or somebody holds the emergency stop pressed.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["settings", "say", "look", "json", "seconds"])]
     pub set_key: Option<PathBuf>,
+    /// Show a live screen [default: auto].
+    #[arg(long, value_enum, value_name = "WHEN")]
+    pub screen: Option<ScreenArg>,
     /// One JSON object a message on standard output.
     #[arg(long)]
     pub json: bool,

@@ -2,7 +2,7 @@
 
 use super::NumbersArgs;
 use super::{any_order, pair, within};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
 /// Options of `lobes`.
@@ -146,6 +146,38 @@ fn speeds(text: &str) -> Result<(f64, f64), String> {
         .ok_or("must lie between 60 and 200000, the lower speed first".to_owned())
 }
 
+/// How the speed is told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Told {
+    /// To the last digit.
+    Exact,
+    /// Up to 1 % off.
+    #[value(name = "1")]
+    One,
+    /// 3 % too high or too low.
+    #[value(name = "3")]
+    Three,
+    /// That of another job: 0.6 to 1.6 times, at least 10 % off.
+    Wrong,
+    /// Not at all.
+    None,
+    /// As the control knows it, ten times a second, a little late.
+    Live,
+}
+
+impl From<Told> for rarma_population::Told {
+    fn from(told: Told) -> Self {
+        match told {
+            Told::Exact => Self::Exact,
+            Told::One => Self::One,
+            Told::Three => Self::Three,
+            Told::Wrong => Self::Wrong,
+            Told::None => Self::None,
+            Told::Live => Self::Live,
+        }
+    }
+}
+
 /// Options of `population`.
 #[derive(Debug, Clone, Args)]
 pub struct PopulationArgs {
@@ -154,7 +186,7 @@ pub struct PopulationArgs {
     pub seeds: (u64, u64),
     /// How the speed is told, one or more separated by commas.
     #[arg(long, value_enum, value_delimiter = ',', default_value = "1,3,none")]
-    pub told: Vec<crate::population::Told>,
+    pub told: Vec<Told>,
     /// Who is judged, separated by commas: monitor, verdict, plain, bare-damping, or none.
     #[arg(long, default_value = "monitor,verdict,plain,bare-damping", value_parser = detectors)]
     pub detectors: Chosen,
@@ -192,7 +224,7 @@ fn detectors(text: &str) -> Result<Chosen, String> {
         return Ok(Chosen(Vec::new()));
     }
     let known = |name: &str| {
-        crate::population::detectors::named(name).ok_or_else(|| format!("{name}: no such detector"))
+        rarma_population::detectors::named(name).ok_or_else(|| format!("{name}: no such detector"))
     };
     let mut places: Vec<usize> = text.split(',').map(known).collect::<Result<_, _>>()?;
     places.sort_unstable();

@@ -7,7 +7,8 @@ mod by_clock;
 mod by_sound;
 mod ear;
 
-use super::{monitor, process};
+use super::monitor::{self, Manner};
+use super::process;
 use crate::advice::Reach;
 use crate::args::{ActArgs, USUAL_LIMITS, Which};
 use crate::controller::linuxcnc::USUAL_ADDRESS;
@@ -86,16 +87,22 @@ pub(super) fn main(args: &ActArgs) -> Result<u8, Failure> {
         percent: (least, most),
         power: args.power,
         same_feed: args.same_feed,
+        ..Reach::default()
+    };
+    let manner = |beside| Manner {
+        reach,
+        beside: Some(beside),
+        ..Manner::default()
     };
     if dry {
         let mut beside = BySound::new(actor, first);
-        let heard = monitor::heard(&args.monitor, reach, false, Some(&mut beside))?;
+        let heard = monitor::heard(&args.monitor, manner(&mut beside))?;
         beside.end()?;
         return Ok(heard.code);
     }
     first_report(&mut actor, (least, most))?;
     let mut beside = ByClock::start(actor, first, args.act)?;
-    let heard = monitor::heard(&args.monitor, reach, false, Some(&mut beside));
+    let heard = monitor::heard(&args.monitor, manner(&mut beside));
     // Whatever came of the listening: what is ordered is given back first.
     let ended = beside.end();
     let finished = heard?;

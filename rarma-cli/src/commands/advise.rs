@@ -1,6 +1,7 @@
 //! `rarma advise`: listens as `monitor` does, then says what to turn instead.
 
-use super::monitor;
+use super::known;
+use super::monitor::{self, Manner};
 use super::show::Finished;
 use crate::advice::{Advisor, Missing, Reach, missing_words, sentences};
 use crate::args::{AdviseArgs, MonitorArgs};
@@ -30,8 +31,16 @@ pub(super) fn main(args: &AdviseArgs) -> Result<u8, Failure> {
         json: false,
         ..args.monitor.clone()
     };
-    let reach = Reach::from(args);
-    let finished = monitor::heard(&listening, reach, json, None)?;
+    let reach = Reach {
+        known: known::read(args)?,
+        ..Reach::from(args)
+    };
+    let manner = Manner {
+        reach,
+        quiet: json,
+        ..Manner::default()
+    };
+    let finished = monitor::heard(&listening, manner)?;
     let Finished {
         summary,
         advisor,
@@ -48,6 +57,9 @@ pub(super) fn main(args: &AdviseArgs) -> Result<u8, Failure> {
         words(&summary, &advisor);
     }
     stdout::check()?;
+    if args.remember {
+        known::remember(args, &summary, &advisor)?;
+    }
     Ok(code)
 }
 

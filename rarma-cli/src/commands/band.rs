@@ -4,10 +4,10 @@
 use super::estimators::{self, IdentifiedMode, Model};
 use super::monitor::read;
 use crate::args::{BandArgs, Detrend, InputArgs};
-use crate::banded;
 use crate::failure::Failure;
-use crate::input::{Recording, check_size};
 use rarma_core::condition::{Band, BandError, BandFilter};
+use rarma_recordings::input::{Recording, check_size};
+use rarma_scenarios::banded;
 use std::path::Path;
 
 /// The series that is fitted, or transformed.

@@ -8,16 +8,16 @@ use super::estimators::{self, IdentifiedMode, Memory};
 use super::identify::{residuals, with_stack};
 use super::{monitor, show};
 use crate::args::{ChooseOrderArgs, Detrend, Method};
-use crate::ear::{self, Forced, Heard};
 use crate::failure::Failure;
 use crate::output;
-use crate::scenario::{self, Loaded};
 use hal_sim::plant::delay::{DepthSearch, Root};
 use hal_sim::plant::truth::{limit_of, roots};
 use rarma_box::wire::MonitorJob;
 use rarma_core::Order;
 use rarma_core::monitor::MonitorConfig;
 use rarma_fit::Criteria;
+use rarma_scenarios::ear::{self, Forced, Heard};
+use rarma_scenarios::scenario::{self, Loaded};
 use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::json;
@@ -63,7 +63,7 @@ pub(super) fn main(args: &ChooseOrderArgs) -> Result<u8, Failure> {
     let process = &loaded.scenario.process;
     let plant = |why| Failure::whole(&args.scenario, why, "correct the fields it names");
     let all = roots(process, f64::INFINITY, depth_m, ROOTS).map_err(plant)?;
-    let band = ear::band(&loaded);
+    let band = loaded.band();
     let truth = ear::dominant(process, &ear::audible(&all, band, MOST_DAMPED));
     if truth.is_empty() {
         return Err(Failure::Input(format!(
@@ -332,7 +332,7 @@ fn job(loaded: &Loaded, order: Order, fs: f64) -> MonitorJob {
     MonitorJob {
         monitor: MonitorConfig {
             full_scale: Some(1.0),
-            band: Some(ear::band(loaded)),
+            band: Some(loaded.band()),
             order,
             spindle_hz: Some(process.spindle_hz()),
             teeth: u32::try_from(process.teeth()).ok(),
@@ -397,5 +397,5 @@ fn write_settings(path: &Path, job: &MonitorJob) -> Result<(), Failure> {
             .map_err(|why| Failure::System(format!("{}: {why}", path.display())))?
             .to_vec()
     };
-    output::write(path, bytes)
+    Ok(output::write(path, bytes)?)
 }

@@ -5,26 +5,24 @@ mod talk;
 use self::talk::Talk;
 use crate::args::ConnectArgs;
 use crate::failure::Failure;
-use crate::frames::{FrameReader, control_words, fault_words, to_json, words};
+use crate::frames::{to_json, words};
 use crate::key;
-use crate::output::{RecordFile, stdout};
+use crate::output::{self, RecordFile, stdout};
 use crate::port::Port;
-use crate::speech;
-use console::Term;
+use crate::screen::{self, Screen};
+use crate::signals;
 use rarma_box::settings::SETTINGS;
-use rarma_box::wire::{Answer, Command, Status, Telemetry, Verdict};
-use std::collections::VecDeque;
-use std::io::{self, BufRead, IsTerminal};
-use std::sync::mpsc::{self, Receiver, TryRecvError};
+use rarma_box::wire::{Answer, Command, Head, Telemetry};
+use rarma_recordings::FrameReader;
+use rarma_scenarios::speech;
+use std::io::{self, BufRead};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver, SyncSender, TryRecvError};
 use std::time::{Duration, Instant};
 
-const REDRAW: Duration = Duration::from_millis(200);
 /// The box's answer to the last word of all is waited for so long.
 const PARTING: Duration = Duration::from_millis(300);
-/// Levels in the trend.
-const TREND: usize = 48;
-/// Lines of events kept on the screen.
-const EVENTS: usize = 8;
 
 pub(super) fn main(args: &ConnectArgs) -> Result<u8, Failure> {
     let mut first = Vec::new();
@@ -32,6 +30,10 @@ pub(super) fn main(args: &ConnectArgs) -> Result<u8, Failure> {
         first.push(speech::command(line).map_err(|why| Failure::Usage(format!("--say: {why}")))?);
     }
     let key = args.key.as_deref().map(key::read).transpose()?;
+    if !args.settings && args.set_key.is_none() {
+        // What cannot be shown is said before the port is opened.
+        screen::wanted(args.screen, args.json, false)?;
+    }
     let port = Port::open(&args.port, args.baud)?;
     if !port.answers() {
         return Err(Failure::Usage(format!(
@@ -39,7 +41,7 @@ pub(super) fn main(args: &ConnectArgs) -> Result<u8, Failure> {
             args.port
         )));
     }
-    let record = args.record.as_deref().map(RecordFile::open).transpose()?;
+    let record = args.record.as_deref().map(output::record).transpose()?;
     let mut talk = Talk::new(port, record, key);
     talk.end_frame()?;
     if args.settings {
@@ -85,21 +87,66 @@ fn settings(talk: &mut Talk) -> Result<u8, Failure> {
 }
 
 fn live(talk: &mut Talk, args: &ConnectArgs, first: &[Command]) -> Result<u8, Failure> {
-    let typed = typed_lines();
-    let mut view = View::new(!args.json && io::stdout().is_terminal());
+    // Typed faster than said: whoever types waits.
+    let (say, typed) = mpsc::sync_channel(16);
+    let left = Arc::new(AtomicBool::new(false));
+    let (interrupted, leave) = (Arc::clone(&left), Arc::clone(&left));
+    signals::on_interrupt(move || interrupted.store(true, Ordering::Relaxed))?;
+    let view = if screen::wanted(args.screen, args.json, false)? {
+        let title = args.port.clone();
+        let leave = Box::new(move || leave.store(true, Ordering::Relaxed));
+        View::Screen(Screen::of_box(title, say, leave)?)
+    } else {
+        type_lines(say);
+        if args.json { View::Json } else { View::Lines }
+    };
+    let talked = talked(talk, args, first, &typed, (&view, &left));
+    let parted = part(talk);
+    let recorded = talk.record.take().map_or(Ok(()), RecordFile::end);
+    let shown = view.close();
+    if let Some(losses) = talk.reader.losses() {
+        eprintln!("{}: {losses}", args.port);
+    }
+    talked
+        .and(parted)
+        .and(recorded.map_err(Failure::from))
+        .and(shown)?;
+    if talk.reader.whole == 0 {
+        return Err(Failure::System(format!(
+            "{}: no whole frame came (is it a box, and the baud rate right?)",
+            args.port
+        )));
+    }
+    Ok(0)
+}
+
+/// Until somebody goes.
+///
+/// # Errors
+/// The box is gone, or what it said cannot be passed on.
+fn talked(
+    talk: &mut Talk,
+    args: &ConnectArgs,
+    first: &[Command],
+    typed: &Receiver<String>,
+    (view, left): (&View, &AtomicBool),
+) -> Result<(), Failure> {
     talk.ask(Command::Identify)?;
-    let begun = Instant::now();
-    let mut drawn = Instant::now();
+    // The picture needs to know some settings.
+    let reads = match view {
+        View::Screen(_) => screen::settings(),
+        View::Lines | View::Json => Vec::new(),
+    };
+    let mut reads = reads.into_iter().map(|setting| Command::Read { setting });
     let mut first = first.iter();
+    let begun = Instant::now();
     // A host that does not only look takes control where nobody has it, once.
     let mut takes = !args.look;
-    loop {
-        if args
+    while !left.load(Ordering::Relaxed)
+        && args
             .seconds
-            .is_some_and(|s| begun.elapsed().as_secs_f64() > s)
-        {
-            break;
-        }
+            .is_none_or(|s| begun.elapsed().as_secs_f64() <= s)
+    {
         talk.keep_on()?;
         if takes && let Some(control) = talk.speaker.control() {
             takes = false;
@@ -113,31 +160,34 @@ fn live(talk: &mut Talk, args: &ConnectArgs, first: &[Command]) -> Result<u8, Fa
             }
         }
         // One at a time, in order, each after the answer to the last.
-        if talk.is_answered()
-            && let Some(command) = first.next()
-        {
-            talk.ask(*command)?;
+        if talk.is_answered() {
+            if let Some(read) = reads.next() {
+                talk.ask_itself(read)?;
+            } else if let Some(command) = first.next() {
+                talk.ask(*command)?;
+            }
         }
         match typed.try_recv() {
-            Ok(line) if matches!(line.trim(), "quit" | "exit" | "q") => break,
             Ok(line) if line.trim().is_empty() => {}
+            Ok(line) if speech::goes(&line) => return Ok(()),
             Ok(line) => match speech::command(&line) {
                 Ok(command) => talk.ask(command)?,
                 Err(why) => view.event(why),
             },
             Err(TryRecvError::Empty | TryRecvError::Disconnected) => {}
         }
-        let here = talk.listen(|head, message| {
-            if args.json {
-                say!("{}", to_json(head, &message));
-            } else {
-                view.take(&message);
-            }
-        })?;
+        let mut came = Vec::new();
+        let here = talk.listen(|head, message| came.push((head, message)))?;
+        for (head, message) in came {
+            view.take(head, &message, talk.answers_itself(&message));
+        }
+        view.frames(&talk.reader);
         stdout::check()?;
-        if !here {
-            view.event("the box is gone".to_owned());
-            break;
+        if !here && talk.reader.whole > 0 {
+            return Err(talk.closed());
+        } else if !here {
+            // It is told that it may be no box.
+            return Ok(());
         }
         for command in talk.unanswered() {
             view.event(format!("no answer to {command:?}"));
@@ -145,23 +195,8 @@ fn live(talk: &mut Talk, args: &ConnectArgs, first: &[Command]) -> Result<u8, Fa
         for news in talk.news.drain(..) {
             view.event(news);
         }
-        if drawn.elapsed() >= REDRAW {
-            drawn = Instant::now();
-            view.draw(&talk.reader)?;
-        }
     }
-    part(talk)?;
-    talk.record.take().map_or(Ok(()), RecordFile::end)?;
-    if let Some(losses) = talk.reader.losses() {
-        eprintln!("{}: {losses}", args.port);
-    }
-    if talk.reader.whole == 0 {
-        return Err(Failure::System(format!(
-            "{}: no whole frame came (is it a box, and the baud rate right?)",
-            args.port
-        )));
-    }
-    Ok(0)
+    Ok(())
 }
 
 /// Whoever goes gives control up: outputs that are on go down in order, and the next host
@@ -179,142 +214,62 @@ fn part(talk: &mut Talk) -> Result<(), Failure> {
     Ok(())
 }
 
-fn typed_lines() -> Receiver<String> {
-    // Typed faster than said: the keyboard waits.
-    let (send, receive) = mpsc::sync_channel(16);
+/// Lines of standard input.
+fn type_lines(say: SyncSender<String>) {
     std::thread::spawn(move || {
         for line in io::stdin().lock().lines() {
             let Ok(line) = line else { break };
-            if send.send(line).is_err() {
+            if say.send(line).is_err() {
                 break;
             }
         }
     });
-    receive
 }
 
-/// What is on the screen; without a terminal, lines as they come.
-struct View {
-    terminal: Option<Term>,
-    lines: usize,
-    status: Option<Status>,
-    verdict: Option<Verdict>,
-    levels: VecDeque<f32>,
-    events: VecDeque<String>,
+/// Who is told what the box says.
+enum View {
+    Screen(Screen),
+    /// Lines as they come.
+    Lines,
+    /// For a program.
+    Json,
 }
 
 impl View {
-    fn new(live: bool) -> Self {
-        Self {
-            terminal: live.then(Term::stdout),
-            lines: 0,
-            status: None,
-            verdict: None,
-            levels: VecDeque::new(),
-            events: VecDeque::new(),
+    fn event(&self, text: String) {
+        match self {
+            Self::Screen(screen) => screen.event(text),
+            Self::Lines | Self::Json => eprintln!("{text}"),
         }
     }
 
-    fn event(&mut self, text: String) {
-        if self.terminal.is_none() {
-            eprintln!("{text}");
-        }
-        self.events.push_back(text);
-        if self.events.len() > EVENTS {
-            self.events.pop_front();
-        }
-    }
-
-    fn take(&mut self, message: &Telemetry) {
-        match message {
-            Telemetry::Status(status) => {
-                self.status = Some(*status);
-                if self.terminal.is_none()
-                    && let Some(text) = words(message)
-                {
-                    say!("{text}");
-                }
-            }
-            Telemetry::Verdict(verdict) => {
-                self.levels.push_back(verdict.level);
-                if self.levels.len() > TREND {
-                    self.levels.pop_front();
-                }
-                self.verdict = Some(verdict.clone());
-            }
-            Telemetry::Reply(reply) if reply.answer == Answer::Done => {}
-            Telemetry::Health(_) => {}
-            _ => {
-                if let Some(text) = words(message) {
-                    if self.terminal.is_none() {
+    /// `own`: it answers what nobody has typed.
+    fn take(&self, head: Head, message: &Telemetry, own: bool) {
+        match self {
+            Self::Screen(screen) => screen.message(message, own),
+            Self::Json => say!("{}", to_json(head, message)),
+            Self::Lines => match message {
+                Telemetry::Reply(reply) if reply.answer == Answer::Done => {}
+                Telemetry::Health(_) => {}
+                _ => {
+                    if let Some(text) = words(message) {
                         say!("{text}");
                     }
-                    self.events.push_back(text);
-                    if self.events.len() > EVENTS {
-                        self.events.pop_front();
-                    }
                 }
-            }
+            },
         }
     }
 
-    fn draw(&mut self, reader: &FrameReader) -> Result<(), Failure> {
-        let Some(terminal) = &self.terminal else {
-            return Ok(());
-        };
-        let mut lines = Vec::new();
-        if let Some(s) = &self.status {
-            lines.extend(words(&Telemetry::Status(*s)));
-            lines.push(match &s.fault {
-                Some(fault) => format!(
-                    "FAULT {}: `clear` when its cause is gone",
-                    fault_words(fault)
-                ),
-                None => "no fault".to_owned(),
-            });
-            lines.push(control_words(&s.control));
+    fn frames(&self, reader: &FrameReader) {
+        if let Self::Screen(screen) = self {
+            screen.frames(reader.whole, reader.losses());
         }
-        if let Some(v) = &self.verdict {
-            lines.push(format!(
-                "{:?} ({:?}), level {:.4}",
-                v.state, v.reason, v.level
-            ));
-            for mode in &v.modes {
-                lines.push(format!(
-                    "  {:8.1} Hz ±{:5.1}   damping {:6.2} % ±{:5.2}   {:?}",
-                    mode.frequency,
-                    mode.frequency_sd,
-                    100.0 * mode.damping,
-                    100.0 * mode.damping_sd,
-                    mode.label
-                ));
-            }
-        }
-        lines.push(trend(&self.levels));
-        lines.push(
-            reader
-                .losses()
-                .unwrap_or_else(|| format!("{} frames, none lost", reader.whole)),
-        );
-        lines.extend(self.events.iter().cloned());
-        lines.push("type a command and Enter; quit ends".to_owned());
-        stdout::wrote(terminal.clear_last_lines(self.lines))?;
-        let width = usize::from(terminal.size().1).max(20);
-        for line in &lines {
-            let short: String = line.chars().take(width - 1).collect();
-            stdout::wrote(terminal.write_line(&short))?;
-        }
-        self.lines = lines.len();
-        Ok(())
     }
-}
 
-/// Levels as bars, the loudest at the top.
-fn trend(levels: &VecDeque<f32>) -> String {
-    const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
-    let most = levels.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
-    levels
-        .iter()
-        .map(|x| BARS[((7.0 * x / most) as usize).min(7)])
-        .collect()
+    fn close(self) -> Result<(), Failure> {
+        match self {
+            Self::Screen(screen) => screen.close(),
+            Self::Lines | Self::Json => Ok(()),
+        }
+    }
 }

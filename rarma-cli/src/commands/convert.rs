@@ -1,10 +1,10 @@
 //! `rarma convert`: a recording to a format of other programs.
 
 use crate::args::{ChannelSet, ConvertArgs};
-use crate::export::{self, Along, Column, Table};
 use crate::failure::Failure;
-use crate::input::{self, ReadOptions};
 use crate::output;
+use rarma_recordings::export::{Along, Column, Table};
+use rarma_recordings::input::{self, ReadOptions};
 
 pub(super) fn main(args: &ConvertArgs) -> Result<u8, Failure> {
     let options = ReadOptions {
@@ -45,7 +45,7 @@ pub(super) fn main(args: &ConvertArgs) -> Result<u8, Failure> {
             })
             .collect(),
     };
-    output::keep(vec![export::write(&args.out, "--out", &table)?])?;
+    output::keep(vec![output::export(&args.out, "--out", &table)?])?;
     say!(
         "{}: {} samples of {} channel{} at {} Hz",
         args.out.display(),

@@ -2,10 +2,11 @@
 
 use crate::args::DecodeArgs;
 use crate::failure::Failure;
-use crate::frames::{FrameReader, to_json, words};
+use crate::frames::{to_json, words};
 use crate::output::{self, WavFile, Whole, most_samples, stdout};
 use crate::port::Port;
-use crate::raw_streams::{Piece, RawStreams, Stream};
+use rarma_recordings::FrameReader;
+use rarma_recordings::raw_streams::{Piece, RawStreams, Stream};
 use std::path::{Path, PathBuf};
 
 /// WAVs that one record is taken apart into.
@@ -137,7 +138,7 @@ impl<'a> Wavs<'a> {
         }
         self.room -= 1;
         match self.open.last_mut() {
-            Some(wav) => wav.sample(code),
+            Some(wav) => Ok(wav.sample(code)?),
             None => Ok(()),
         }
     }
@@ -222,6 +223,6 @@ impl<'a> Wavs<'a> {
                 self.path.display()
             ),
         }
-        output::keep(self.done)
+        Ok(output::keep(self.done)?)
     }
 }

@@ -9,9 +9,9 @@ use super::estimators::{self, IdentifiedMode, Memory};
 use super::show;
 use crate::args::{IdentifyArgs, Method};
 use crate::failure::Failure;
-use crate::input::Recording;
 use crate::report::sheet_told;
 use rarma_fit::{Criteria, FitError, Whiteness, earlier_errors};
+use rarma_recordings::input::Recording;
 use serde::Serialize;
 use std::path::Path;
 

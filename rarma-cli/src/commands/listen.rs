@@ -1,15 +1,17 @@
 //! `rarma listen`: a sound card in, a verdict out, as long as it is wanted.
 
-use super::monitor;
+use super::monitor::{self, Manner};
 use super::source::Source;
-use crate::advice::Reach;
+use super::watched::Watched;
 use crate::args::{ListenArgs, MonitorArgs};
 use crate::failure::Failure;
 use crate::output;
+use crate::screen;
 use crate::sound_card::{self, Card, Ended, Input, Level, Live, Offer, Wish, dbfs, rates};
 use serde_json::{Value, json};
 use std::cell::RefCell;
 use std::rc::Rc;
+use std::sync::atomic::Ordering;
 
 pub(super) fn main(args: &ListenArgs) -> Result<u8, Failure> {
     if args.list {
@@ -19,6 +21,8 @@ pub(super) fn main(args: &ListenArgs) -> Result<u8, Failure> {
     if let Some(path) = &args.record {
         output::must_be_new(path)?;
     }
+    // What cannot be shown is said before the card is opened.
+    screen::wanted(args.monitor.screen, args.monitor.json, false)?;
     let live = sound_card::open(&Wish {
         device: args.device.clone(),
         rate_hz: args.monitor.input.fs,
@@ -37,10 +41,16 @@ fn listen(args: &ListenArgs, mut live: Live) -> Result<u8, Failure> {
     if let Some(seconds) = args.seconds {
         live.end_after(seconds);
     }
+    let signals = live.signals();
+    let leave = move || signals.stop.store(true, Ordering::Relaxed);
+    let watched = Watched::of_live(&args.monitor, Box::new(leave))?;
+    let manner = Manner {
+        watched,
+        ..Manner::default()
+    };
     let (name, live) = (live.name(), Rc::new(RefCell::new(live)));
     let source = Source::live(&args.monitor, Live::stream(&live));
-    let heard = source
-        .and_then(|source| monitor::hear(&args.monitor, source, Reach::default(), false, None));
+    let heard = source.and_then(|source| monitor::hear(&args.monitor, source, manner));
     // The recording is whole whatever became of the verdict.
     let ended = live.borrow_mut().close()?;
     match (heard, ended) {

@@ -6,6 +6,7 @@ use crate::failure::Failure;
 use crate::record::{Run, Summary};
 use firmware::monitor::MonitorDuty;
 use rarma_box::wire::MonitorJob;
+use rarma_core::estimate::StateVisitor;
 
 /// Listens; what is said goes to whoever hears it, and nothing is kept.
 #[derive(Clone)]
@@ -21,6 +22,28 @@ enum Monitor {
 }
 
 impl Ears<1> {
+    /// What was said so far, put together.
+    pub(super) fn collector(&self) -> &Collector {
+        &self.collector
+    }
+
+    /// Goes on with what another one has put together; false where that is of other settings.
+    pub(super) fn go_on(&mut self, collector: Collector) -> bool {
+        let continues = collector.continues(&self.collector);
+        if continues {
+            self.collector = collector;
+        }
+        continues
+    }
+
+    /// See [`MonitorDuty::visit_state`].
+    pub(super) fn visit_state(&mut self, visitor: &mut impl StateVisitor<f32>) -> bool {
+        match &mut self.monitor {
+            Monitor::One(duty) => duty.visit_state(visitor),
+            Monitor::Two(_) => false,
+        }
+    }
+
     /// For one channel.
     ///
     /// # Errors

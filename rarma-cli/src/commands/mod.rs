@@ -13,7 +13,12 @@ mod demo;
 mod els;
 mod estimators;
 mod feed;
+#[cfg(all(feature = "fleet", not(target_family = "wasm")))]
+mod fleet;
+#[cfg(all(feature = "fleet", not(target_family = "wasm")))]
+mod gateway;
 mod identify;
+mod known;
 mod ldbb;
 mod lines;
 mod listen;
@@ -36,12 +41,13 @@ mod sweep;
 mod tacho;
 #[cfg(not(target_family = "wasm"))]
 mod target;
+mod watched;
 
 pub use channels::{
     ChannelModeRecord, ChannelModel, ChannelPole, Channels, ShapeRecord, identify_channels,
 };
 pub use estimators::{IdentifiedMode, modes_of};
-pub use feed::Feed;
+pub use feed::{Feed, Said};
 pub use identify::{Identified, identify, identify_recording};
 pub use lobes::{LobePoint, Lobes, chart as lobe_chart, point as lobe_point};
 pub use monitor::{job, listen, listen_with_tacho};
@@ -92,6 +98,19 @@ pub fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Box(args) => sensor_box::main(args),
         Command::Decode(args) => decode::main(args),
         Command::Connect(args) => connect::main(args),
+        #[cfg(all(feature = "fleet", not(target_family = "wasm")))]
+        Command::Store(command) => fleet::store(command),
+        #[cfg(all(feature = "fleet", not(target_family = "wasm")))]
+        Command::Trends(args) => fleet::trends(args),
+        #[cfg(all(feature = "fleet", not(target_family = "wasm")))]
+        Command::Plant(args) => fleet::plant(args),
+        #[cfg(all(feature = "fleet", not(target_family = "wasm")))]
+        Command::Gateway(args) => gateway::main(args),
+        #[cfg(not(all(feature = "fleet", not(target_family = "wasm"))))]
+        Command::Store(_) | Command::Trends(_) | Command::Plant(_) | Command::Gateway(_) => Err(Failure::System(
+            "store, trends, plant, gateway: this program was built without them (build it with `--features fleet`)"
+                .to_owned(),
+        )),
         Command::Demo(args) => demo::main(args),
         Command::Completions(args) => manual::completions(args),
         Command::Man(args) => manual::man(args),

@@ -1,7 +1,7 @@
 //! Pictures of models of a whole recording: poles over orders, the density of a model over the
 //! estimate, what the residuals still hold.
 
-use crate::report::chart::{Chart, Mark, Scale, Series};
+use rarma_pictures::{Chart, Mark, Scale, Series};
 
 /// Deviations either way of a bar that holds the truth with 95 %.
 pub(super) const BAR: f64 = 1.96;

@@ -4,25 +4,48 @@
 use super::listening::Ears;
 use super::show::{Audience, Finished};
 use super::source::{About, Block, Source};
+use super::watched::{Pace, Watched};
 use super::{band, process, several, show};
 use crate::advice::Reach;
 use crate::args::{InputArgs, MonitorArgs, notes_by_key};
 use crate::collect::News;
 use crate::controller::ActRecord;
 use crate::failure::Failure;
-use crate::input::{self, InputError, ReadOptions, Recording, Speeds};
 use crate::output::stdout;
+use crate::progress::ProgressBar;
 use crate::record::{Run, Summary};
 use rarma_box::wire::MonitorJob;
 use rarma_core::Order;
 use rarma_core::monitor::{LEAST_MEMORY, MonitorConfig, MonitorError};
+use rarma_recordings::input::{self, InputError, ReadOptions, Recording, Speeds};
 use std::path::Path;
 
 pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
     if !args.more.is_empty() {
         return several::main(args);
     }
-    Ok(heard(args, Reach::default(), false, None)?.code)
+    let watched = Watched::of(args)?;
+    Ok(heard(
+        args,
+        Manner {
+            watched,
+            ..Manner::default()
+        },
+    )?
+    .code)
+}
+
+/// How a run is heard, beside its options.
+#[derive(Default)]
+pub(super) struct Manner<'a> {
+    /// What may be turned.
+    pub(super) reach: Reach,
+    /// Nothing is said on standard output.
+    pub(super) quiet: bool,
+    /// What goes on beside.
+    pub(super) beside: Option<&'a mut dyn Beside>,
+    /// It is shown on a screen.
+    pub(super) watched: Option<Watched>,
 }
 
 /// What goes on beside the listening.
@@ -40,24 +63,24 @@ pub(super) trait Beside {
     fn said(&mut self) -> Option<ActRecord>;
 }
 
-/// All of a run; `quiet`: nothing is said on standard output.
+/// All of a run.
 ///
 /// # Errors
 /// As those of the command.
-pub(super) fn heard(
-    args: &MonitorArgs,
-    reach: Reach,
-    quiet: bool,
-    beside: Option<&mut dyn Beside>,
-) -> Result<Finished, Failure> {
+pub(super) fn heard(args: &MonitorArgs, manner: Manner<'_>) -> Result<Finished, Failure> {
     let both = Some(Path::new("-"));
-    if args.speed_from.as_deref() == both && Some(args.input.input.as_path()) == both {
+    let piped = Some(args.input.input.as_path()) == both;
+    if args.speed_from.as_deref() == both && piped {
         return Err(Failure::Usage(
             "--speed-from -: standard input is the sound already; give a file or a named pipe"
                 .to_owned(),
         ));
     }
-    hear(args, Source::open(args)?, reach, quiet, beside)
+    let source = match &manner.watched {
+        Some(watched) if piped => Source::live(args, watched.standard_input(&args.input)?)?,
+        _ => Source::open(args)?,
+    };
+    hear(args, source, manner)
 }
 
 /// [`heard`], of a source that is open.
@@ -67,10 +90,14 @@ pub(super) fn heard(
 pub(super) fn hear(
     args: &MonitorArgs,
     mut source: Source,
-    reach: Reach,
-    quiet: bool,
-    mut beside: Option<&mut dyn Beside>,
+    manner: Manner<'_>,
 ) -> Result<Finished, Failure> {
+    let Manner {
+        reach,
+        quiet,
+        mut beside,
+        watched,
+    } = manner;
     let structure = process::structure(args.structure.as_deref())?;
     let live = source.about.samples.is_none();
     if let Some(beside) = &mut beside {
@@ -87,10 +114,16 @@ pub(super) fn hear(
     };
     let job = job(args, &source.about)?;
     let bar = match source.about.samples {
+        _ if watched.is_some() => ProgressBar::hidden(),
         Some(samples) => show::progress(samples, "listening"),
         None => show::waiting("listening".to_owned()),
     };
     let mut audience = Audience::new(args, &source.about, &job, structure, reach, bar);
+    // What is shown of a file goes by the clock.
+    let mut pace = watched.as_ref().filter(|_| !live).map(Watched::pace);
+    if let Some(watched) = watched {
+        audience = audience.on(watched.screen(&source.about, &job)?);
+    }
     if quiet {
         audience = audience.quiet();
     }
@@ -101,11 +134,23 @@ pub(super) fn hear(
     let summary = match source.channels[..] {
         [a, b] => {
             let ears = Ears::two(&job, [a, b])?;
-            through(&mut source, &mut audience, ears, (speeds, beside))?
+            through(
+                &mut source,
+                &mut audience,
+                ears,
+                (speeds, beside),
+                &mut pace,
+            )?
         }
         _ => {
             let ears = Ears::one(&job)?;
-            through(&mut source, &mut audience, ears, (speeds, beside))?
+            through(
+                &mut source,
+                &mut audience,
+                ears,
+                (speeds, beside),
+                &mut pace,
+            )?
         }
     };
     let finished = audience.finish(summary)?;
@@ -125,19 +170,21 @@ fn through<const CHANNELS: usize>(
     audience: &mut Audience<'_>,
     mut ears: Ears<CHANNELS>,
     (speeds, mut beside): (&mut Option<Speeds>, Option<&mut dyn Beside>),
+    pace: &mut Option<Pace>,
 ) -> Result<Summary, Failure> {
     let (pictured, fs) = (source.pictured, source.about.fs);
     let ask_every = ((ASK_S * fs) as u64).max(1);
     let mut heard = 0;
-    while let Some(Block {
+    'all: while let Some(Block {
         rows,
         missing,
         pulses,
     }) = source.next()?
     {
-        audience.hear(&rows[pictured]);
         ears.missing(missing, &mut |news| audience.take(news));
         heard += missing;
+        // Samples of this block that the pictures have.
+        let mut shown = 0;
         for n in missing as usize..rows[0].len() {
             let x = std::array::from_fn(|c| rows[c][n] as f32);
             let pulse = pulses.get(n).copied().flatten();
@@ -151,6 +198,8 @@ fn through<const CHANNELS: usize>(
             if heard % ask_every != 0 {
                 continue;
             }
+            audience.hear(&rows[pictured][shown..=n]);
+            shown = n + 1;
             let t_s = heard as f64 / fs;
             let told = speeds.as_mut().and_then(|s| s.due(t_s, odd_speed));
             let turns = beside.as_mut().and_then(|b| b.speed_rpm(t_s));
@@ -161,7 +210,11 @@ fn through<const CHANNELS: usize>(
             while let Some(record) = beside.as_mut().and_then(|b| b.said()) {
                 audience.beside(&record);
             }
+            if pace.as_ref().is_some_and(|pace| !pace.keep(t_s)) {
+                break 'all;
+            }
         }
+        audience.hear(&rows[pictured][shown..]);
         if !audience.listens() {
             break;
         }

@@ -2,13 +2,13 @@
 
 use crate::collect::{Collector, News};
 use crate::failure::Failure;
-use crate::input::Recording;
 use crate::record::{ChannelRecord, FaultRecord, Run};
 use firmware::monitor::Telling;
 use rarma_box::wire::{MonitorJob, Telemetry};
 use rarma_core::condition::{Fault, HealthCounts};
 use rarma_core::decide::ChannelFault;
 use rarma_core::monitor::{MonitorError, PairConfig, PairMonitor, PairReport};
+use rarma_recordings::input::Recording;
 
 /// Stretches without a channel that a summary lists, the first ones.
 const MOST_FAULTS: usize = 1_000;

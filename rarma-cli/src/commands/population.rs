@@ -4,12 +4,12 @@ use super::show;
 use crate::args::PopulationArgs;
 use crate::failure::Failure;
 use crate::output;
-use crate::population::changed::{self, CHANGES};
-use crate::population::detectors::ALL;
-use crate::population::page::{HEAD, cells, page};
-use crate::population::records::{cut_record, summary};
-use crate::population::sensitivity::{self, variants};
-use crate::population::{Asked, Judged, Tally, judged, labels};
+use rarma_population::changed::{self, CHANGES};
+use rarma_population::detectors::ALL;
+use rarma_population::page::{HEAD, cells, page};
+use rarma_population::records::{cut_record, summary};
+use rarma_population::sensitivity::{self, variants};
+use rarma_population::{Asked, Judged, Tally, judged, labels};
 use rayon::prelude::*;
 use serde_json::json;
 
@@ -20,7 +20,7 @@ pub(super) fn main(args: &PopulationArgs) -> Result<u8, Failure> {
     let (from, to) = args.seeds;
     let numbers = args.numbers.numbers()?;
     let asked = Asked {
-        tellings: args.told.clone(),
+        tellings: args.told.iter().map(|told| (*told).into()).collect(),
         detectors: args.detectors.0.clone(),
         curve: args.curve,
         variants: if args.sensitivity {

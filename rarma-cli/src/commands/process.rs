@@ -1,10 +1,11 @@
 //! What the process adds to the modes of a structure, line by line and in words.
 
-use crate::collect::decimal;
 use crate::failure::Failure;
-use crate::input;
 use crate::record::{Line, ModeRecord};
+use crate::translate::decimal;
 use rarma_core::decide::Structure;
+use rarma_recordings::input;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Reads the structure that is named, if one is.
@@ -35,8 +36,8 @@ pub struct Added {
 }
 
 /// What it adds to one mode.
-#[derive(Clone)]
-struct Readings {
+#[derive(Clone, Serialize, Deserialize)]
+pub(super) struct Readings {
     heard: u64,
     sure: u64,
     /// Every `step`th reading.
@@ -57,6 +58,21 @@ impl Added {
             modes: vec![none; structure.modes().len()],
             structure,
         }
+    }
+
+    /// What was heard of each mode.
+    pub(super) fn heard(&self) -> &[Readings] {
+        &self.modes
+    }
+
+    /// Goes on with what another one has heard; false where that is not of the same structure.
+    pub(super) fn go_on(&mut self, heard: Vec<Readings>) -> bool {
+        let sound = |one: &Readings| one.kept.len() <= MOST && one.step.is_power_of_two();
+        if heard.len() != self.modes.len() || !heard.iter().all(sound) {
+            return false;
+        }
+        self.modes = heard;
+        true
     }
 
     /// Takes a line, and writes into it what the process adds.

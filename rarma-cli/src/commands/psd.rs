@@ -5,11 +5,11 @@ use super::estimators::{self, Memory};
 use super::identify::{self, with_stack};
 use super::show;
 use crate::args::{Detrend, Method, PsdArgs, PsdMethod};
-use crate::export::{self, Along, Column, Table};
 use crate::failure::Failure;
-use crate::input::Recording;
 use crate::output;
 use rarma_fit::{model_density, welch_density, windowed_density};
+use rarma_recordings::export::{Along, Column, Table};
+use rarma_recordings::input::Recording;
 use realfft::RealFftPlanner;
 use serde::Serialize;
 use std::path::Path;
@@ -47,7 +47,7 @@ pub(super) fn main(args: &PsdArgs) -> Result<u8, Failure> {
     bar.finish_and_clear();
     let density = density?;
     if let Some(path) = &args.out {
-        output::keep(vec![export::write(path, "--out", &table(&density, args))?])?;
+        output::keep(vec![output::export(path, "--out", &table(&density, args))?])?;
         if !args.json {
             say!(
                 "{}: {} frequencies, {}",

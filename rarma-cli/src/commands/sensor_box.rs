@@ -3,11 +3,9 @@
 use crate::args::BoxArgs;
 use crate::bridge::Bridge;
 use crate::failure::Failure;
-use crate::frames::{FrameReader, to_json, words};
+use crate::frames::{to_json, words};
 use crate::key;
-use crate::output::{RecordFile, stdout};
-use crate::scenario::{self, AtWork, BOX_SHIPPED, SHIPPED};
-use crate::speech;
+use crate::output::{self, RecordFile, stdout};
 use firmware::board::Origin;
 use hal_sim::exciter::calibrated;
 use hal_sim::plant::cers::ExciterConfig;
@@ -19,7 +17,10 @@ use rand_distr::{Distribution, StandardNormal};
 use rarma_box::guard::Severity;
 use rarma_box::settings::{LINK_KEY, SettingValue};
 use rarma_box::wire::{Answer, Command, LinkKey, Telemetry};
+use rarma_recordings::FrameReader;
 use rarma_rigs::cers::Geometry;
+use rarma_scenarios::scenario::{self, AtWork, BOX_SHIPPED, SHIPPED};
+use rarma_scenarios::speech;
 use serde_json::json;
 use std::time::{Duration, Instant};
 
@@ -67,7 +68,7 @@ pub(super) fn main(args: &BoxArgs) -> Result<u8, Failure> {
     let mut rig = rig(&at_work)?;
     // The address first: a record is not touched for a box that cannot be served.
     let bridge = args.listen.as_deref().map(Bridge::open).transpose()?;
-    let record = args.record.as_deref().map(RecordFile::open).transpose()?;
+    let record = args.record.as_deref().map(output::record).transpose()?;
     // The scenario's own host is at the box's own port.
     let with_noise = |mut all: SimBox| {
         all.rig.link.noise = at_work.noise;

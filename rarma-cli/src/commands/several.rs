@@ -1,8 +1,7 @@
 //! `rarma monitor A B … --report DIR`: recordings one after another with the same options, a
 //! page each, and one that compares them.
 
-use super::monitor;
-use crate::advice::Reach;
+use super::monitor::{self, Manner};
 use crate::args::MonitorArgs;
 use crate::failure::Failure;
 use crate::report::comparison::{Compared, comparison};
@@ -40,7 +39,7 @@ pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
         one.more = Vec::new();
         one.report = Some(dir.join(&folder));
         say!("{}", file.display());
-        let heard = match monitor::heard(&one, Reach::default(), false, None) {
+        let heard = match monitor::heard(&one, Manner::default()) {
             Ok(finished) => {
                 code = code.max(finished.code);
                 Ok(finished.summary)

@@ -11,8 +11,10 @@ use crate::failure::Failure;
 use crate::output::stdout;
 use crate::progress::ProgressBar;
 pub use crate::progress::{progress, waiting};
-use crate::record::{NoticeKind, NoticeRecord, State, Summary, TachoFault};
-use crate::report::{self, Course, Provenance, ReportInput, Sound};
+use crate::record::{State, Summary};
+use crate::report::{self, Course, Provenance, ReportInput, Sound, damping_words};
+use crate::screen::Screen;
+use crate::wording;
 use rarma_box::wire::MonitorJob;
 use rarma_core::decide::Structure;
 use serde::Serialize;
@@ -21,22 +23,12 @@ use std::path::Path;
 
 /// An alarm as it happens, for people.
 pub fn alarm(news: &News, bar: &ProgressBar) {
-    let text = match news {
-        News::On(a) => format!(
-            "{:8.3} s  CHATTER called: {:.1} Hz, damping {:.2} %",
-            a.on,
-            a.f,
-            100.0 * a.zeta
-        ),
-        News::Off(a) => format!(
-            "{:8.3} s  released; it was at {:.1} Hz, damping down to {:.2} %",
-            a.off.unwrap_or(f64::NAN),
-            a.f,
-            100.0 * a.zeta
-        ),
-        News::None | News::Line(_) | News::Histogram(_) => return,
+    let (t, text) = match news {
+        News::On(a) => (a.on, wording::called(a)),
+        News::Off(a) => (a.off.unwrap_or(f64::NAN), wording::released(a)),
+        News::None | News::Line(_) | News::Histogram(_) | News::Notice(_) => return,
     };
-    bar.suspend(|| say!("{text}"));
+    bar.suspend(|| say!("{t:8.3} s  {text}"));
 }
 
 /// JSON as it comes, one object a line.
@@ -86,6 +78,7 @@ pub struct Audience<'a> {
     added: Option<Added>,
     page: Option<Page>,
     samples: u64,
+    screen: Option<Screen>,
 }
 
 /// How a run ended.
@@ -141,6 +134,15 @@ impl<'a> Audience<'a> {
             added: structure.map(Added::new),
             page: args.report.as_ref().map(|_| page()),
             samples: 0,
+            screen: None,
+        }
+    }
+
+    /// Shown on a screen as it goes.
+    pub fn on(self, screen: Screen) -> Self {
+        Self {
+            screen: Some(screen),
+            ..self
         }
     }
 
@@ -174,6 +176,9 @@ impl<'a> Audience<'a> {
         if let Some(page) = &mut self.page {
             samples.iter().for_each(|x| page.sound.push(*x));
         }
+        if let Some(screen) = &self.screen {
+            screen.samples(samples);
+        }
         self.samples += samples.len() as u64;
         self.bar.set_position(self.samples);
     }
@@ -187,9 +192,15 @@ impl<'a> Audience<'a> {
         if let Some(page) = &mut self.page {
             page.course.take(&news);
         }
+        if let Some(screen) = &self.screen {
+            screen.news(&news);
+            if let News::On(alarm) = &news {
+                screen.advice(self.advisor.now(alarm));
+            }
+        }
         match (&news, &mut self.json) {
             (News::Line(line), Some(json)) => json.put(line),
-            (_, None) if !self.quiet => alarm(&news, &self.bar),
+            (_, None) if !self.quiet && self.screen.is_none() => alarm(&news, &self.bar),
             _ => {}
         }
     }
@@ -208,20 +219,22 @@ impl<'a> Audience<'a> {
     ///
     /// # Errors
     /// Output cannot be written.
-    pub fn finish(self, mut summary: Summary) -> Result<Finished, Failure> {
+    pub fn finish(mut self, mut summary: Summary) -> Result<Finished, Failure> {
         self.bar.finish_and_clear();
+        // What follows is said where it stays to be read.
+        let shown = self.screen.take().map_or(Ok(()), Screen::close);
         self.advisor.add_to(&mut summary);
         summary.notes = notes_by_key(&self.args.notes).map_err(Failure::Usage)?;
         if let Some(mut json) = self.json {
             for notice in &summary.notices {
-                eprintln!("{}", notice_words(notice));
+                eprintln!("{}", wording::notice(notice));
             }
             json.put(&Last { summary: &summary });
             // What could not be written is told when the command ends, its page in place.
             let _ = json.flush();
         } else if self.quiet {
             for notice in &summary.notices {
-                eprintln!("{}", notice_words(notice));
+                eprintln!("{}", wording::notice(notice));
             }
         } else {
             verdict(&summary);
@@ -233,6 +246,7 @@ impl<'a> Audience<'a> {
         if let (Some(dir), Some(page)) = (&self.args.report, &self.page) {
             write(dir, self.args, page, (&summary, &self.advisor))?;
         }
+        shown?;
         Ok(Finished {
             code: u8::from(!summary.alarms.is_empty()),
             summary,
@@ -244,7 +258,7 @@ impl<'a> Audience<'a> {
 /// The verdict in a few lines.
 pub fn verdict(summary: &Summary) {
     for notice in &summary.notices {
-        say!("{}", notice_words(notice));
+        say!("{}", wording::notice(notice));
     }
     if summary.notices_left_out > 0 {
         say!("And {} more warnings like these.", summary.notices_left_out);
@@ -259,10 +273,10 @@ pub fn verdict(summary: &Summary) {
             None => "to the end".to_owned(),
         };
         say!(
-            "Chatter at {:.1} Hz from {:.3} s {until}, damping down to {:.2} %.",
+            "Chatter at {:.1} Hz from {:.3} s {until}, damping {}.",
             alarm.f,
             alarm.on,
-            100.0 * alarm.zeta
+            damping_words(alarm)
         );
     }
     if summary.alarms_left_out > 0 {
@@ -272,49 +286,9 @@ pub fn verdict(summary: &Summary) {
     states.sort_by(|a, b| b.1.total_cmp(a.1));
     let words: Vec<String> = states
         .iter()
-        .map(|(state, s)| format!("{} {s:.2} s", state_word(**state)))
+        .map(|(state, s)| format!("{} {s:.2} s", wording::state(**state)))
         .collect();
     say!("Time spent: {}.", words.join(", "));
-}
-
-/// A notice, and what to do about it.
-fn notice_words(notice: &NoticeRecord) -> String {
-    let t = notice.t;
-    match notice.what {
-        NoticeKind::Contradiction {
-            told_rpm,
-            found_rpm,
-        } => format!(
-            "Warning: at {t:.2} s the sound is that of a spindle at {found_rpm:.0} 1/min, not at the {told_rpm:.0} 1/min that were told: check the speed and give the true one with --rpm; until then a line on a multiple of {found_rpm:.0} 1/min is of unknown origin."
-        ),
-        NoticeKind::Tacho { fault } => {
-            let what = match fault {
-                TachoFault::Silent => {
-                    "gives no pulses: check that it is connected and which channel it is"
-                }
-                TachoFault::Missing => "misses pulses: check its distance and its level",
-                TachoFault::Doubled => {
-                    "gives too many pulses: check --pulses and that it does not bounce"
-                }
-                TachoFault::Noisy => {
-                    "gives pulses without a rhythm: check the channel and its cable"
-                }
-            };
-            format!("Warning: at {t:.2} s the tacho {what}.")
-        }
-    }
-}
-
-/// A state in one word.
-pub fn state_word(state: State) -> &'static str {
-    match state {
-        State::Starting => "starting",
-        State::Idle => "idle",
-        State::Stable => "stable",
-        State::Warning => "warning",
-        State::Chatter => "chatter",
-        State::Invalid => "invalid",
-    }
 }
 
 /// Writes the page of a recording.

@@ -2,12 +2,12 @@
 
 use super::show;
 use crate::args::SimulateArgs;
-use crate::export::{self, Along, Column, Table};
 use crate::failure::Failure;
 use crate::output::{self, NewFile, WavFile, Whole};
-use crate::scenario::{self, Loaded};
-use crate::truth::TruthRecord;
 use hal_sim::plant::cut::VirtualCut;
+use rarma_recordings::export::{Along, Column, Format, Table};
+use rarma_scenarios::scenario::{self, Loaded};
+use rarma_scenarios::truth::TruthRecord;
 use std::path::Path;
 use std::time::Instant;
 
@@ -70,7 +70,7 @@ pub(super) fn main(args: &SimulateArgs) -> Result<u8, Failure> {
 /// # Errors
 /// The file cannot be written.
 fn write(loaded: &Loaded, out: &Path) -> Result<(Whole, u64), Failure> {
-    if export::Format::of(out).is_some() {
+    if Format::of(out).is_some() {
         let heard = simulate(loaded)?;
         let table = Table {
             title: format!("virtual cut {}", loaded.scenario.name),
@@ -82,7 +82,7 @@ fn write(loaded: &Loaded, out: &Path) -> Result<(Whole, u64), Failure> {
                 values: heard.samples,
             }],
         };
-        return Ok((export::write(out, "--out", &table)?, heard.clipped));
+        return Ok((output::export(out, "--out", &table)?, heard.clipped));
     }
     let mut sound = Sound::new(loaded)?;
     let spec = hound::WavSpec {
@@ -147,7 +147,7 @@ pub struct Simulated {
     pub clipped: u64,
 }
 
-/// Plays a scenario into memory: what [`crate::input::read`] gives of the file that
+/// Plays a scenario into memory: what [`rarma_recordings::input::read`] gives of the file that
 /// `rarma simulate --out` writes.
 ///
 /// # Errors

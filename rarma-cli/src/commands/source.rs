@@ -9,7 +9,7 @@
 use super::tacho::Tacho;
 use crate::args::MonitorArgs;
 use crate::failure::Failure;
-use crate::input::{End, Health, InputError, Recording, Stream};
+use rarma_recordings::input::{End, Health, InputError, Recording, Stream};
 use std::path::PathBuf;
 
 /// What settings are checked against.

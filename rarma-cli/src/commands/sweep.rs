@@ -6,11 +6,8 @@ use super::estimators::{self, IdentifiedMode, Memory};
 use super::identify::with_stack;
 use super::show;
 use crate::args::{Detrend, Method, SweepArgs};
-use crate::ear;
 use crate::failure::Failure;
-use crate::report::chart::{Chart, Mark, Scale, Series, sheet, table};
 use crate::report::sheet_told;
-use crate::scenario::{self, Loaded};
 use core::f64::consts::PI;
 use hal_sim::plant::cut::Process;
 use hal_sim::plant::error::PlantError;
@@ -19,6 +16,9 @@ use hal_sim::plant::process::Schedule;
 use hal_sim::plant::surface::{Roughness, Wall, WallRecorder, turned_profile};
 use hal_sim::plant::truth::roots;
 use hal_sim::plant::turning::Turning;
+use rarma_pictures::{Chart, Mark, Scale, Series, sheet, table};
+use rarma_scenarios::ear;
+use rarma_scenarios::scenario::{self, Loaded};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -127,7 +127,7 @@ fn point(
     let refused =
         |why: PlantError| Failure::whole(&loaded.scenario.name, why, "correct the fields it names");
     let depth_m = 1e-3 * depth_mm;
-    let band = ear::band(loaded);
+    let band = loaded.band();
     let found = roots(process, f64::INFINITY, depth_m, 8).map_err(refused)?;
     let root = ear::audible(&found, band, 1.0).first().copied();
     let seed = args.seed.unwrap_or(1);

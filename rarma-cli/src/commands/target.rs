@@ -12,13 +12,14 @@ use crate::advice::Reach;
 use crate::args::MonitorArgs;
 use crate::collect::WholeRun;
 use crate::failure::Failure;
-use crate::input::Recording;
 use crate::output::{self, WavFile};
 use crate::record::Run;
 use rarma_box::wire::{Deframer, MonitorJob, Telemetry};
+use rarma_recordings::input::Recording;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::{env, fs};
+use xtask::board::Machine;
 use xtask::{EMULATED_BOARD, Workspace, fw, qemu};
 
 /// Names a ready image, so that none is built.
@@ -79,7 +80,7 @@ pub fn on_chip(elf: &Path, job: &MonitorJob, recording: &Recording) -> Result<Ru
 
     let elf = fs::canonicalize(elf)
         .map_err(|why| Failure::System(format!("{}: no image there: {why}", elf.display())))?;
-    let mut child = qemu::qemu_command(&elf, &[])
+    let mut child = qemu::qemu_command(Machine::An386, &elf, &[])
         .current_dir(folder.path())
         .stdin(Stdio::null())
         .stdout(Stdio::null())
@@ -151,5 +152,5 @@ fn write_wav(path: &Path, recording: &Recording) -> Result<(), Failure> {
     for &x in &recording.samples {
         wav.sample(x as f32)?;
     }
-    wav.finish(None)?.keep()
+    Ok(wav.finish(None)?.keep()?)
 }

@@ -198,10 +198,8 @@ impl Actor {
             .flat_map(|a| a.proposals.iter().flatten())
             .map(|p| p.spindle_hz)
             .collect();
-        self.known.push(KnownCut {
-            spindle_hz,
-            stable: false,
-        });
+        self.known
+            .push(KnownCut::chattered(spindle_hz, Some((f_hz, heard.f_sd_hz))));
         let rpm = |hz: f64| (600.0 * hz).round() / 10.0;
         let proposed = What::Proposed {
             f: (10.0 * f_hz).round() / 10.0,

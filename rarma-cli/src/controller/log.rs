@@ -259,6 +259,6 @@ impl ActLog {
         let mut line = serde_json::to_vec(&Stamped { at, record }).map_err(std::io::Error::from)?;
         line.push(b'\n');
         let written = self.file.write_all(&line);
-        written.map_err(|why| failed(&self.path, "write", &why))
+        Ok(written.map_err(|why| failed(&self.path, "write", &why))?)
     }
 }

@@ -1,32 +1,28 @@
 //! Everything `rarma` writes: standard output, files, records of a box.
 //!
 //! * [`stdout`]: lines. The first one that cannot be written ends the command.
-//! * [`NewFile`], [`WavFile`]: a file that takes its name only once it is whole; what had
-//!   the name before stays until then.
-//! * [`RecordFile`]: a record is appended to, never replaced, and by one program at a time.
-//! * [`LiveWav`]: sound that is recorded as it is heard, under its own name, valid at every moment.
-//! * [`check`]: before anything is done: nothing is written onto what is read.
+//! * `aside`: lines that would spoil a screen, until it is gone.
+//! * Files: those of [`rarma_recordings::output`].
 //!
 //! Each failure names the file, and has exit code 4.
 
-mod check;
-mod live_wav;
-mod new_file;
-mod place;
-mod record;
+#[cfg_attr(
+    any(not(feature = "screen"), target_family = "wasm"),
+    allow(dead_code, reason = "without a screen nothing is kept")
+)]
+pub(crate) mod aside;
 pub mod stdout;
-mod wav;
 
-pub use check::{Files, check};
-pub use live_wav::{LiveWav, must_be_new};
-pub use new_file::{NewFile, Whole, keep, write, write_all};
-pub use record::RecordFile;
-pub use wav::{WavFile, most_samples};
+pub use rarma_recordings::output::{
+    Files, LiveWav, NewFile, RecordFile, WavFile, Whole, check, failed, folder, keep, most_samples,
+    must_be_new, write, write_all,
+};
 
 use crate::failure::Failure;
-use crate::input::system_words;
-use std::fs;
-use std::io;
+use rarma_recordings::export::Table;
+use rarma_recordings::output::WriteProblem;
+use std::fmt;
+use std::io::{self, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -42,29 +38,39 @@ pub fn is_quiet() -> bool {
     QUIET.load(Ordering::Relaxed)
 }
 
-/// Makes a folder, with those above it, if it is not there.
-///
-/// # Errors
-/// It cannot be made.
-pub fn folder(path: &Path) -> Result<(), Failure> {
-    fs::create_dir_all(path).map_err(|why| failed(path, "make the folder", &why))
+/// A notice on standard error, unless none is wanted. Where it cannot be written there is nobody
+/// to tell, and no reason to end the work.
+pub(crate) fn notice(text: fmt::Arguments<'_>) {
+    if !is_quiet() && !aside::keeps(aside::Way::Error, text) {
+        let _ = writeln!(io::stderr(), "{text}");
+    }
 }
 
-/// What is said of a write that failed: file, step, reason, remedy.
-pub fn failed(file: impl AsRef<Path>, step: &str, why: &io::Error) -> Failure {
-    use io::ErrorKind as Kind;
-    let file = file.as_ref().display();
-    let other = "write to another place";
-    let words = system_words(why);
-    let (what, remedy) = match why.kind() {
-        Kind::StorageFull => ("the disk is full", "make room, or write to another disk"),
-        Kind::QuotaExceeded => ("the quota is used up", "make room, or ask for more"),
-        Kind::FileTooLarge => ("a file may not become so large here", other),
-        Kind::ReadOnlyFilesystem => ("the disk can only be read", other),
-        Kind::NotFound => ("no such folder", "make it first, or check the spelling"),
-        Kind::IsADirectory => ("is a folder", "name a file in it"),
-        Kind::NotADirectory | Kind::AlreadyExists => ("a file is where a folder should be", other),
-        _ => (words.as_str(), other),
-    };
-    Failure::System(format!("{file}: {step}: {what} ({remedy})"))
+/// What does not work, was lost or was refused while the program goes on: on standard error, wanted or not.
+#[cfg(feature = "fleet")]
+pub(crate) fn trouble(text: fmt::Arguments<'_>) {
+    if !aside::keeps(aside::Way::Error, text) {
+        let _ = writeln!(io::stderr(), "{text}");
+    }
+}
+
+/// Opens a record of a box to append to; that its disk has no locks is told.
+///
+/// # Errors
+/// See [`RecordFile::open`].
+pub(crate) fn record(path: &Path) -> Result<RecordFile, Failure> {
+    Ok(RecordFile::open(path, notice)?)
+}
+
+/// Writes a table in the format of the ending of the file that `option` names.
+///
+/// # Errors
+/// See [`rarma_recordings::export::write`]; another ending is wrong usage.
+pub(crate) fn export(path: &Path, option: &str, table: &Table) -> Result<Whole, Failure> {
+    rarma_recordings::export::write(path, table).map_err(|why| match why.problem {
+        WriteProblem::Ending => {
+            Failure::Usage(format!("{option}: {} {}", why.file.display(), why.what))
+        }
+        _ => why.into(),
+    })
 }

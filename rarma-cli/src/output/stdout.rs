@@ -5,7 +5,7 @@
 //! asks [`check`] now and then and stops; every other is told by [`end`], when its files are
 //! in place.
 
-use super::failed;
+use super::{aside, failed};
 use crate::failure::Failure;
 use std::fmt::Arguments;
 use std::io::{self, Write};
@@ -22,7 +22,7 @@ fn first() -> MutexGuard<'static, Option<Failure>> {
 
 /// Writes a line.
 pub fn line(text: Arguments<'_>) {
-    if check().is_err() {
+    if check().is_err() || aside::keeps(aside::Way::Output, text) {
         return;
     }
     if let Err(why) = writeln!(io::stdout().lock(), "{text}") {
@@ -81,7 +81,7 @@ fn kept(why: &io::Error) {
     let failure = if why.kind() == io::ErrorKind::BrokenPipe {
         Failure::Closed
     } else {
-        failed(NAME, "write", why)
+        failed(NAME, "write", why).into()
     };
     first().get_or_insert(failure);
 }

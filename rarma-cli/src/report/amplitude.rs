@@ -1,12 +1,13 @@
 //! Picture (f): how the squared amplitude of the followed mode is distributed.
 
 use super::Scene;
-use super::axis::{Axis, grid};
 use super::course::Shown;
-use super::panel::{LEFT, TOP};
-use super::text::{count, escape, hertz, px, seconds, significant};
 use crate::record::AmplitudeVerdict;
 use rarma_core::decide::{BINS_REACH, LIMIT_SCINTILLATION, SUSPICIOUS_SCINTILLATION};
+use rarma_pictures::put;
+use rarma_pictures::text::{count, escape, hertz, px, seconds, significant};
+use rarma_pictures::{Axis, grid};
+use rarma_pictures::{LEFT, TOP};
 
 const WIDTH: f64 = 1000.0;
 const HEIGHT: f64 = 190.0;

@@ -1,10 +1,11 @@
 //! Confidence bands of the damping: modes followed from line to line.
 
 use super::Scene;
-use super::axis::Axis;
-use super::panel::Panel;
-use super::text::px;
 use crate::record::Label;
+use rarma_pictures::Axis;
+use rarma_pictures::Panel;
+use rarma_pictures::put;
+use rarma_pictures::text::px;
 
 /// Standard deviations that hold 95 % of a normal distribution.
 const CONFIDENCE: f64 = 1.96;

@@ -1,11 +1,12 @@
 //! Several recordings on one page: a row and a bar each, and the way to the page of each.
 
 use super::Provenance;
-use super::chart::sheet;
 use super::tables;
-use super::text::{escape, hertz, instant, px, seconds};
 use super::timeline::{STATES, name};
 use crate::record::{Alarm, Summary};
+use rarma_pictures::put;
+use rarma_pictures::sheet;
+use rarma_pictures::text::{escape, hertz, instant, px, seconds};
 
 /// One recording.
 #[derive(Debug, Clone)]
@@ -93,7 +94,7 @@ fn table(all: &[Compared]) -> String {
             of(summary.alarms.first().map(|a| instant(a.on))),
             of(longest.map(|_| seconds(summary.alarms.iter().map(lasted).sum()))),
             of(longest.map(|a| hertz(a.f))),
-            of(longest.map(tables::damping)),
+            of(longest.map(tables::damping_words)),
         );
     }
     html.push_str("</tbody>\n</table></div>\n");

@@ -109,7 +109,7 @@ impl Course {
     /// Takes what was said.
     pub fn take(&mut self, news: &News) {
         match news {
-            News::None => {}
+            News::None | News::Notice(_) => {}
             News::Line(line) => self.line(line),
             News::On(alarm) => self.on(alarm),
             News::Off(alarm) => self.off(alarm),

@@ -3,9 +3,10 @@
 
 use super::Scene;
 use super::moment::Seen;
-use super::panel::Panel;
-use super::text::px;
 use crate::record::Label;
+use rarma_pictures::Panel;
+use rarma_pictures::put;
+use rarma_pictures::text::px;
 use std::collections::BTreeMap;
 
 /// Size of a cell, pixels.

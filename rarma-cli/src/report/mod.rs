@@ -9,57 +9,40 @@
 //! they would hide behind, and as they come ([`Sound`], [`Course`]): a minute of signal
 //! stays well below 2 MB, and a day takes no more memory than it.
 
-/// Writes into a `String`, which cannot fail.
-macro_rules! put {
-    ($out:expr, $($what:tt)*) => {{
-        use std::fmt::Write as _;
-        let _ = write!($out, $($what)*);
-    }};
-}
-
 mod advice;
 mod amplitude;
-mod axis;
 mod band;
-pub mod bars;
-pub mod chart;
-mod colours;
 pub mod comparison;
 mod course;
 mod date;
 mod density;
-pub mod map;
 mod modes;
 mod moment;
 mod multiples;
-pub mod palette;
-mod panel;
-pub mod polar;
 mod provenance;
 mod scene;
-mod series;
 mod signal;
-mod sound;
+pub(crate) mod sound;
 mod tables;
 #[cfg(test)]
 mod tests;
-mod text;
 mod timeline;
 mod waterfall;
-mod words;
+pub(crate) mod words;
 
 pub use course::Course;
 pub use provenance::Provenance;
 pub use sound::Sound;
-pub use tables::reason_words;
+pub use tables::{damping_words, reason_words};
 
 use crate::advice::Missing;
 use crate::failure::Failure;
 use crate::output;
 use crate::record::Summary;
+use rarma_pictures::text::escape;
+use rarma_pictures::{STYLE, put};
 use scene::Scene;
 use std::path::{Path, PathBuf};
-use text::escape;
 
 /// Everything a report is made of.
 #[derive(Debug, Clone)]
@@ -146,7 +129,7 @@ pub fn page(job: &ReportInput<'_>) -> String {
          <h1 class=\"{tone}\"><span class=\"sign\" aria-hidden=\"true\">{sign}</span>{headline}</h1>\n",
         title = escape(job.title),
         headline = escape(&verdict.headline),
-        style = include_str!("style.css"),
+        style = STYLE,
         tone = verdict.tone.class(),
         sign = verdict.tone.sign(),
     );

@@ -1,11 +1,12 @@
 //! Pictures (c) and (d): damping and frequency of every mode.
 
-use super::axis::Axis;
 use super::moment::Seen;
-use super::panel::{Panel, TOP};
-use super::text::{hertz, percent, px};
 use super::{Scene, band, density, multiples};
 use crate::record::Label;
+use rarma_pictures::Axis;
+use rarma_pictures::put;
+use rarma_pictures::text::{hertz, percent, px};
+use rarma_pictures::{Panel, TOP};
 use std::collections::HashSet;
 
 /// Size of the grid that points are thinned to, pixels.
@@ -92,7 +93,7 @@ fn in_cells(scene: &Scene<'_>, label: Label, marks: usize) -> bool {
 
 /// Draws the damping of each mode.
 pub(super) fn damping(scene: &Scene<'_>) -> String {
-    let mut panel = Panel::new(scene, 240.0, "(c) Damping");
+    let mut panel = scene.panel(240.0, "(c) Damping");
     let y = Axis::log(ZETA.0, ZETA.1, panel.bottom, TOP);
     panel.axes(&y, 5, "damping ratio ζ (%)");
     panel.spans();
@@ -181,7 +182,7 @@ pub(super) fn damping(scene: &Scene<'_>) -> String {
 
 /// Draws the frequency of each mode.
 pub(super) fn frequency(scene: &Scene<'_>) -> String {
-    let mut panel = Panel::new(scene, 220.0, "(d) Frequency");
+    let mut panel = scene.panel(220.0, "(d) Frequency");
     let y = Axis::linear(0.0, scene.f_top, panel.bottom, TOP);
     panel.axes(&y, 5, "frequency (Hz)");
     panel.spans();

@@ -1,10 +1,11 @@
 //! The multiples of the spindle's speed, drawn as that went over time.
 
 use super::Scene;
-use super::axis::Axis;
-use super::panel::{LEFT, Panel, RIGHT};
-use super::scene::free;
-use super::text::{hertz, px};
+use rarma_pictures::Axis;
+use rarma_pictures::free;
+use rarma_pictures::put;
+use rarma_pictures::text::{hertz, px};
+use rarma_pictures::{LEFT, Panel, RIGHT};
 
 /// Lines closer than this are not drawn: they would hide what lies between them, pixels.
 const MERGE: f64 = 6.0;

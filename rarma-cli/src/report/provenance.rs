@@ -1,7 +1,7 @@
 //! Where a page comes from: when, of what, by which command, and what its user noted.
 
 use super::date::utc;
-use super::text::escape;
+use rarma_pictures::text::escape;
 use std::time::SystemTime;
 
 /// What is known beside the samples. All of it may be missing.

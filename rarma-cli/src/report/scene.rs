@@ -1,11 +1,11 @@
 //! What all pictures share: ranges, alarm spans, harmonics, and marks for them.
 
 use super::ReportInput;
-use super::axis::Axis;
-use super::panel::{Panel, RIGHT};
-use super::text::{hertz, px, seconds};
 use crate::record::{NoticeKind, NoticeRecord};
 use rarma_core::decide::AlarmConfig;
+use rarma_pictures::Axis;
+use rarma_pictures::text::{hertz, px, seconds};
+use rarma_pictures::{Panel, RIGHT, Time, free};
 
 /// An alarm as drawn.
 pub(super) struct Span {
@@ -40,8 +40,6 @@ pub(super) struct Scene<'a> {
 
 /// Lines of which each is drawn by itself, at most: two to a pixel.
 const DENSE: u64 = 1680;
-/// Distance of two labels above each other at which both can be read, pixels.
-pub(super) const APART: f64 = 13.0;
 
 impl<'a> Scene<'a> {
     /// Finds the ranges.
@@ -83,6 +81,17 @@ impl<'a> Scene<'a> {
             drawn: drawn(&spans, t_end - t_start),
             spans,
         }
+    }
+
+    /// An empty picture over the time of the run, with a plot of `height`, entitled `title`.
+    pub(super) fn panel(&self, height: f64, title: &str) -> Panel<'_> {
+        let time = Time {
+            start_s: self.t_start,
+            end_s: self.t_end,
+            spans: &self.drawn,
+            mark_s: self.truth(),
+        };
+        Panel::new(time, height, title)
     }
 
     /// The true onset, if there is one on the time axis.
@@ -199,9 +208,4 @@ fn drawn(spans: &[Span], length: f64) -> Vec<(f64, f64)> {
         }
     }
     drawn
-}
-
-/// Whether a label at `at` overlaps none of those already there.
-pub(super) fn free(taken: &[f64], at: f64) -> bool {
-    taken.iter().all(|other| (other - at).abs() >= APART)
 }

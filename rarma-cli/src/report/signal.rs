@@ -1,9 +1,10 @@
 //! Picture (a): the signal, as the band between least and largest sample.
 
 use super::Scene;
-use super::axis::Axis;
-use super::panel::{LEFT, Panel, RIGHT, TOP};
-use super::text::{px, seconds, significant};
+use rarma_pictures::Axis;
+use rarma_pictures::put;
+use rarma_pictures::text::{px, seconds, significant};
+use rarma_pictures::{LEFT, RIGHT, TOP};
 
 const HEIGHT: f64 = 120.0;
 
@@ -11,7 +12,7 @@ const HEIGHT: f64 = 120.0;
 pub(super) fn figure(scene: &Scene<'_>) -> String {
     let sound = scene.job.sound;
     let (low, high) = sound.ends().unwrap_or((f64::MAX, f64::MIN));
-    let mut panel = Panel::new(scene, HEIGHT, "(a) Signal");
+    let mut panel = scene.panel(HEIGHT, "(a) Signal");
     let y = if low <= high {
         let room = 0.06 * (high - low) + 1e-12 * high.abs().max(low.abs());
         Axis::linear(low - room, high + room, panel.bottom, TOP)

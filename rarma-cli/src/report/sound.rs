@@ -56,7 +56,7 @@ pub(super) fn window(fs: f64, top_hz: f64, longest: usize) -> usize {
 }
 
 /// Hann's window of a length, and the factor from a spectrum under it to amplitudes.
-pub(super) fn hann(window: usize) -> (Vec<f64>, f64) {
+pub(crate) fn hann(window: usize) -> (Vec<f64>, f64) {
     let hann: Vec<f64> = (0..window)
         .map(|i| 0.5 - 0.5 * (std::f64::consts::TAU * (i as f64 + 0.5) / window as f64).cos())
         .collect();

@@ -1,12 +1,13 @@
 //! Alarms and settings as tables.
 
 use super::course::ROWS;
-use super::text::{
-    count, escape, hertz, instant, percent, percent_within, seconds, significant, with_unit,
-};
 use super::timeline::name;
 use super::{Scene, amplitude};
 use crate::record::{Alarm, Reason, State};
+use rarma_pictures::put;
+use rarma_pictures::text::{
+    count, escape, hertz, instant, percent, percent_within, seconds, significant, with_unit,
+};
 
 /// One row per alarm.
 pub(super) fn alarms(scene: &Scene<'_>) -> String {
@@ -56,7 +57,7 @@ pub(super) fn alarms(scene: &Scene<'_>) -> String {
             html,
             "<td>{}</td><td>{}</td><td>{}</td></tr>\n",
             nearest.unwrap_or_else(|| "speed not known".into()),
-            damping(alarm),
+            damping_words(alarm),
             said.unwrap_or("too short to tell")
         );
     }
@@ -74,7 +75,7 @@ pub(super) fn alarms(scene: &Scene<'_>) -> String {
 }
 
 /// Median and deviation of an alarm's damping ratio; of one without, the lowest.
-pub(super) fn damping(alarm: &Alarm) -> String {
+pub fn damping_words(alarm: &Alarm) -> String {
     match (alarm.zeta_median, alarm.zeta_deviation) {
         (Some(median), Some(deviation)) => percent_within(median, deviation),
         _ => format!("down to {}", percent(alarm.zeta)),

@@ -4,10 +4,11 @@
 //! picture reads without colour and a flicker of one line stays visible.
 
 use super::Scene;
-use super::axis::Axis;
-use super::panel::{LEFT, Panel, TOP};
-use super::text::{px, seconds};
 use crate::record::State;
+use rarma_pictures::Axis;
+use rarma_pictures::put;
+use rarma_pictures::text::{px, seconds};
+use rarma_pictures::{LEFT, TOP};
 
 const LANE: f64 = 20.0;
 
@@ -42,7 +43,7 @@ pub(super) fn figure(scene: &Scene<'_>) -> String {
                 || total(*s).is_some_and(|t| t > 0.0)
         })
         .collect();
-    let mut panel = Panel::new(scene, LANE * shown.len() as f64, "(e) State");
+    let mut panel = scene.panel(LANE * shown.len() as f64, "(e) State");
     panel.spans();
     let mut spoken = Vec::new();
     for (i, (state, name)) in shown.iter().enumerate() {

@@ -1,11 +1,11 @@
 //! Picture (b): how strong which frequency is when.
 
-use super::axis::Axis;
-use super::colours::{SHADES, bitmap, gradient_stops};
-use super::panel::{LEFT, Panel, RIGHT, TOP};
 use super::sound::{ROWS, SHORTEST, hann, mean, window};
-use super::text::{hertz, px, seconds, significant};
 use super::{Scene, Sound, multiples};
+use rarma_pictures::Axis;
+use rarma_pictures::text::{hertz, px, seconds, significant};
+use rarma_pictures::{LEFT, Panel, RIGHT, TOP};
+use rarma_pictures::{SHADES, bitmap, gradient_stops};
 use realfft::RealFftPlanner;
 
 const HEIGHT: f64 = 260.0;
@@ -23,7 +23,7 @@ struct Grid {
 
 /// Draws the figure.
 pub(super) fn figure(scene: &Scene<'_>) -> String {
-    let mut panel = Panel::new(scene, HEIGHT, "(b) Waterfall");
+    let mut panel = scene.panel(HEIGHT, "(b) Waterfall");
     let y = Axis::linear(0.0, scene.f_top, panel.bottom, TOP);
     panel.axes(&y, 5, "frequency (Hz)");
     let grid = analyse(scene);

@@ -1,12 +1,12 @@
 //! The verdict in words, and what one has to know to read the pictures.
 
-use super::text::{escape, hertz, instant, percent, seconds};
 use super::{Scene, tables};
 use crate::record::{Alarm, NoticeKind, State, TachoFault};
+use rarma_pictures::text::{escape, hertz, instant, percent, seconds};
 
 /// How bad the news is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Tone {
+pub(crate) enum Tone {
     Bad,
     Careful,
     Good,
@@ -25,7 +25,7 @@ impl Tone {
     }
 
     /// A sign that tells without colour; the words say the same.
-    pub(super) fn sign(self) -> &'static str {
+    pub(crate) fn sign(self) -> &'static str {
         match self {
             Self::Bad => "▲",
             Self::Careful => "◆",
@@ -129,7 +129,7 @@ fn damping(scene: &Scene<'_>) -> Option<String> {
     Some(format!(
         "{which}, the damping ratio of its mode was {}{said}. Below {} a mode counts as \
          undamped; above {} an alarm may be released.",
-        tables::damping(longest),
+        tables::damping_words(longest),
         percent(scene.job.threshold),
         percent(scene.release())
     ))

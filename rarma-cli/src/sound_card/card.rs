@@ -5,11 +5,10 @@ use super::offer::{Choice, Form, Offer, choose};
 use super::ring::{Tap, ring};
 use super::{Input, Wish};
 use crate::failure::Failure;
-use crate::signals;
+use crate::{screen, signals};
 use cpal::traits::{DeviceTrait, HostTrait, StreamTrait};
 use cpal::{BufferSize, Device, ErrorKind, FromSample, I24, SampleFormat, SizedSample};
 use cpal::{Stream, StreamConfig, SupportedStreamConfigRange};
-use std::process;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -83,7 +82,7 @@ pub fn open(wish: &Wish) -> Result<Live, Failure> {
     // One that cannot be set leaves the system's own: the program ends at once.
     let _ = signals::on_interrupt(move || {
         if ending.stop.swap(true, Ordering::Relaxed) {
-            process::exit(INTERRUPTED);
+            screen::end_at_once(INTERRUPTED);
         }
     });
     let card = Card {

@@ -5,8 +5,8 @@ use super::offer::{Choice, Form};
 use super::ring::{Drain, Piece, Told};
 use super::watch::Watch;
 use crate::failure::Failure;
-use crate::input::{Begin, Blocks, End, InputError, Problem, Stream};
 use crate::output::LiveWav;
+use rarma_recordings::input::{Begin, Blocks, End, InputError, Problem, Stream};
 use std::any::Any;
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -148,6 +148,11 @@ impl Live {
     /// Its name in messages.
     pub fn name(&self) -> String {
         format!("sound card {}", self.card.name)
+    }
+
+    /// By which it is told to end.
+    pub fn signals(&self) -> Arc<Signals> {
+        Arc::clone(&self.signals)
     }
 
     /// It ends after so many seconds.
@@ -345,7 +350,7 @@ impl Live {
         if let Err(failure) = record.write(rows) {
             eprintln!("{failure}; no more is recorded, it listens on");
             self.record = None;
-            self.record_failed = Some(failure);
+            self.record_failed = Some(failure.into());
         }
     }
 }
@@ -410,6 +415,6 @@ impl Blocks for Shared {
     }
 
     fn no_channel(&self, asked: usize, channels: usize) -> InputError {
-        crate::input::no_channel("channels", asked, channels)
+        rarma_recordings::input::no_channel("channels", asked, channels)
     }
 }

@@ -93,6 +93,10 @@ pub enum AdviceError {
     Speed,
     /// Teeth must be 1..=1000.
     Teeth,
+    /// Depths of known cuts must be above 0.
+    Depth,
+    /// The swing's amplitude must lie in 0.01..=0.5, its acceleration and frequency be above 0.
+    Variation,
 }
 
 impl fmt::Display for AdviceError {
@@ -106,6 +110,8 @@ impl fmt::Display for AdviceError {
             Self::Deviation => "standard deviations must be 0 or more",
             Self::Speed => "speeds must be above 0",
             Self::Teeth => "teeth must be 1..=1000",
+            Self::Depth => "depths of known cuts must be above 0",
+            Self::Variation => "the swing's amplitude must lie in 0.01..=0.5, its acceleration and frequency be above 0",
         })
     }
 }

@@ -103,11 +103,16 @@ pub fn load_of<T: Real>(phase: &Phase<T>, ratio: T, zeta: T) -> Option<T> {
     }
 }
 
+/// Growth of a cut of this load, σ/ω_m, ≥ 0.
+pub(super) fn growth_of<T: Real>(phase: &Phase<T>, load: T, zeta: T) -> T {
+    let sin = phase.sin * phase.side.sign();
+    root(T::ONE, |growth| {
+        -zeta - load * phase.kept(growth) * sin - growth
+    })
+}
+
 /// Frequency over that of the mode, f/f_m, at which a cut of this load chatters.
 pub fn ratio_of<T: Real>(phase: &Phase<T>, load: T, zeta: T) -> T {
-    let sin = phase.sin * phase.side.sign();
-    let growth = root(T::ONE, |growth| {
-        -zeta - load * phase.kept(growth) * sin - growth
-    });
+    let growth = growth_of(phase, load, zeta);
     T::ONE + load * phase.side.sign() * (T::ONE - phase.kept(growth) * phase.cos)
 }

@@ -84,8 +84,10 @@ impl<T: Real> Advice<T> {
 ///
 /// With a `structure` (modes at rest: frequency and damping) the depth is worked out from how
 /// far the chatter lies off its mode, and pockets are kept clear of the other modes; without
-/// one damping and depth are a belief. `known` are other cuts of the same depth, stable or
-/// not: each of the last [`MOST_KNOWN`](super::MOST_KNOWN) is evidence.
+/// one damping and depth are a belief. `known` are other cuts with the same tool, stable or not, also at
+/// other depths: each of the last [`MOST_KNOWN`](super::MOST_KNOWN) is evidence. From the
+/// frequencies of several chatters follow mode, damping and depth; one that is of another mode is
+/// told apart, and its lobes count, too.
 ///
 /// A proposal's chance is the part of the belief in which a speed, and what lies within
 /// `config.hold` of it, is stable. Proposals are ranked by it: a pocket that is wide and of few
@@ -116,10 +118,7 @@ pub fn advise<T: Real>(
 ) -> Result<Advice<T>, AdviceError> {
     config.validate()?;
     heard.validate()?;
-    let positive = |cut: &KnownCut<T>| cut.spindle_hz > T::ZERO && cut.spindle_hz.is_finite();
-    if !known.iter().all(positive) {
-        return Err(AdviceError::Speed);
-    }
+    known.iter().try_for_each(KnownCut::validate)?;
     let top_hz = config.top_hz(heard.spindle_hz);
     if !(top_hz > config.least_hz) {
         return Err(AdviceError::Reach);

@@ -204,9 +204,10 @@ fn what_was_tried_counts() {
     let reach = AdviceConfig::reach(75.0, 225.0);
     let before = *advise(&reach, &heard, None, &[]).unwrap().first().unwrap();
     let tried = |stable| {
-        let cut = KnownCut {
-            spindle_hz: before.spindle_hz,
-            stable,
+        let cut = if stable {
+            KnownCut::stable(before.spindle_hz)
+        } else {
+            KnownCut::chattered(before.spindle_hz, None)
         };
         *advise(&reach, &heard, None, &[cut])
             .unwrap()
@@ -216,6 +217,57 @@ fn what_was_tried_counts() {
     assert!(tried(true).chance > before.chance);
     let other = tried(false);
     assert!((other.spindle_hz / before.spindle_hz - 1.0).abs() > 0.01);
+}
+
+/// Where a mode of 1085 Hz and 3 % chatters at a load of 0.05, by the waves that fit its own frequency.
+fn chatter_at(spindle_hz: f64, teeth: u32) -> f64 {
+    let mut f = 1085.0;
+    for _ in 0..200 {
+        let phase = phase_of(f / (spindle_hz * f64::from(teeth)));
+        f += 0.1 * (1085.0 * ratio_of(&phase, 0.05, 0.03) - f);
+    }
+    f
+}
+
+#[test]
+fn frequencies_at_other_speeds_tell_the_mode() {
+    let reach = AdviceConfig::reach(75.0, 225.0);
+    let first = heard(chatter_at(150.0, 2), 150.0, 2);
+    let known = [161.0, 120.0, 118.0].map(|hz| {
+        let f = chatter_at(hz, 2);
+        KnownCut::chattered(hz, Some((f, 0.002 * f)))
+    });
+    let alone = advise(&reach, &first, None, &[]).unwrap();
+    let learnt = advise(&reach, &first, None, &known).unwrap();
+    let off = |advice: &Advice<f64>| (advice.natural_hz / 1085.0 - 1.0).abs();
+    let (before, after) = (off(&alone), off(&learnt));
+    assert!(before > 0.01 && after < 0.005, "{before} {after}");
+}
+
+#[test]
+fn a_chatter_of_another_mode_is_told_apart() {
+    let reach = AdviceConfig::reach(75.0, 225.0);
+    let first = heard(1128.0, 150.0, 2);
+    let alone = *advise(&reach, &first, None, &[]).unwrap().first().unwrap();
+    // At the proposed speed another mode is heard, and one like it a little faster.
+    let other = |ratio: f64| {
+        KnownCut::chattered(ratio * alone.spindle_hz, Some((1790.0, 3.0))).of_depth(1.2)
+    };
+    let learnt = advise(&reach, &first, None, &[other(1.0), other(1.01)]).unwrap();
+    // The mode that is asked about is what it was; the speed is not so good any more.
+    assert!(
+        (learnt.natural_hz / advise(&reach, &first, None, &[]).unwrap().natural_hz - 1.0).abs()
+            < 1e-9
+    );
+    let still = learnt
+        .proposals
+        .iter()
+        .flatten()
+        .find(|p| (p.spindle_hz / alone.spindle_hz - 1.0).abs() < 0.005);
+    assert!(
+        still.is_none_or(|p| p.chance < 0.8 * alone.chance),
+        "{still:?} {alone:?}"
+    );
 }
 
 #[test]
@@ -273,10 +325,7 @@ fn what_is_out_of_range_is_named() {
     assert_eq!(of(|h| h.f_sd_hz = -1.0), AdviceError::Deviation);
     assert_eq!(of(|h| h.spindle_hz = 0.0), AdviceError::Speed);
     assert_eq!(of(|h| h.teeth = 0), AdviceError::Teeth);
-    let odd = KnownCut {
-        spindle_hz: f64::NAN,
-        stable: true,
-    };
+    let odd = KnownCut::stable(f64::NAN);
     assert_eq!(advise(&reach, &good, None, &[odd]), Err(AdviceError::Speed));
 }
 
@@ -294,7 +343,8 @@ proptest! {
         let reach = AdviceConfig::reach(low * n, 1.1 * n);
         let at_rest = StructuralMode { f_hz: natural, f_sd, zeta, zeta_sd: 0.0 };
         let structure = Structure::new(&[at_rest; 3]).unwrap();
-        let tried = [KnownCut { spindle_hz: 0.9 * n, stable: known }; 40];
+        let one = if known { KnownCut::stable(0.9 * n) } else { KnownCut::chattered(0.9 * n, Some((1.01 * f, 0.1))) };
+        let tried = [one.of_depth(low); 40];
         let advice = advise(&reach, &heard, known.then_some(&structure), &tried).unwrap();
         prop_assert!((0.0..=1.001).contains(&advice.best_chance));
         for p in advice.proposals.iter().flatten() {

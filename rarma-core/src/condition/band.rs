@@ -12,7 +12,9 @@
 use super::biquad::{Biquad, BiquadState, Pass};
 use super::fir::FirStage;
 use crate::real::Real;
+use crate::visit::state;
 use core::fmt;
+use core::slice::IterMut;
 
 /// Band edges, Hz.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -129,6 +131,11 @@ pub struct BandFilter<T> {
     delay_s: f64,
 }
 
+state! { BandFilter<T> {
+    stages, state, offset;
+    settings high_pass, factor, delay_s
+} }
+
 impl<T: Real> BandFilter<T> {
     /// Designs the filters for input rate `fs`, Hz.
     ///
@@ -228,22 +235,76 @@ impl<T: Real> BandFilter<T> {
     /// As [`Self::process`]; gives the sample before the high-pass as well, down to the offset.
     #[inline(always)]
     pub fn process_both(&mut self, x: T) -> Option<(T, T)> {
-        let mut x = self.offset.remove(x);
-        for stage in &mut self.stages {
+        let x = self.offset.remove(x);
+        self.finish(0, x)
+    }
+
+    /// Samples until the first stage gives one: as many at most make a row.
+    #[inline(always)]
+    pub(crate) fn row(&self) -> usize {
+        self.stages[0].until_output()
+    }
+
+    /// As [`Self::process_both`] of `count` finite samples in a row, not more than [`Self::row`],
+    /// which `put` puts into their places.
+    #[inline(always)]
+    pub(crate) fn process_row(
+        &mut self,
+        count: usize,
+        put: impl FnOnce(&mut Places<'_, T>),
+    ) -> Option<(T, T)> {
+        let [first, ..] = &mut self.stages;
+        let mut places = Places {
+            places: first.room(count)?.iter_mut(),
+            offset: self.offset,
+        };
+        put(&mut places);
+        self.offset = places.offset;
+        let x = first.output()?;
+        self.finish(1, x)
+    }
+
+    /// A sample without its offset through the stages from the `first` on, and the high-pass.
+    #[inline(always)]
+    fn finish(&mut self, first: usize, mut x: T) -> Option<(T, T)> {
+        let stages = self.stages.iter_mut().skip(first);
+        for stage in stages.take_while(|stage| !stage.is_identity()) {
             x = stage.process(x)?;
         }
         Some((x, self.high_pass.process(&mut self.state, x)))
     }
 }
 
+/// Where the next samples of a row go; the offset is in registers meanwhile.
+pub(crate) struct Places<'a, T> {
+    places: IterMut<'a, T>,
+    offset: Offset<T>,
+}
+
+impl<T: Real> Places<'_, T> {
+    /// The next sample, down to the offset.
+    #[inline(always)]
+    pub(crate) fn put(&mut self, x: T) {
+        let x = self.offset.remove(x);
+        if let Some(place) = self.places.next() {
+            *place = x;
+        }
+    }
+}
+
 /// Running mean of the input: the mean of all samples at first, then over
 /// [`OFFSET_TAU_S`].
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 struct Offset<T> {
     mean: T,
     gain: T,
     last_gain: T,
 }
+
+state! { Offset<T> {
+    mean, gain;
+    settings last_gain
+} }
 
 impl<T: Real> Offset<T> {
     fn new(fs: f64) -> Self {
@@ -258,9 +319,17 @@ impl<T: Real> Offset<T> {
     fn remove(&mut self, x: T) -> T {
         self.mean += self.gain * (x - self.mean);
         if self.gain > self.last_gain {
-            self.gain = (self.gain / (T::ONE + self.gain)).max(self.last_gain);
+            self.gain = Self::next_gain(self.gain).max(self.last_gain);
         }
         x - self.mean
+    }
+
+    /// Of the mean of one sample more. Only at the start: where it is no call, the compiler divides at
+    /// every sample and throws the quotient away.
+    #[cold]
+    #[inline(never)]
+    fn next_gain(gain: T) -> T {
+        gain / (T::ONE + gain)
     }
 
     /// |H|² at `angle` rad a sample once the memory is full: mean = g·x/(1 − (1−g)q⁻¹),
@@ -272,29 +341,35 @@ impl<T: Real> Offset<T> {
     }
 }
 
-/// Decimation factors of the stages: the last one 2 (the sharp one), those before
-/// it at most 8 each, their product as large as the band allows.
+/// Decimation factors of the stages, those that do nothing behind the others: the last one 2 (the
+/// sharp one), those before it at most 8 each, their product as large as the band allows.
 fn split(fs: f64, high_hz: f64) -> [usize; STAGES] {
     let total = (fs / (RATE_PER_EDGE * high_hz) + 1e-9) as usize;
     if total < 2 {
         return [1; STAGES];
     }
     if total == 3 {
-        return [1, 1, 1, 3];
+        return [3, 1, 1, 1];
     }
     let target = total / 2;
-    let mut best = [1, 1, 1, 2];
+    let mut best = [1, 1, 1];
     for a in 1..=8usize {
         for b in a..=8 {
             for c in b..=8 {
-                let reach = best[0] * best[1] * best[2];
+                let reach: usize = best.iter().product();
                 if a * b * c <= target && a * b * c > reach {
-                    best = [c, b, a, 2];
+                    best = [c, b, a];
                 }
             }
         }
     }
-    best
+    let mut factors = [1; STAGES];
+    let sharp = [2];
+    let active = best.iter().filter(|m| **m > 1).chain(&sharp);
+    for (factor, m) in factors.iter_mut().zip(active) {
+        *factor = *m;
+    }
+    factors
 }
 
 #[cfg(test)]
@@ -303,10 +378,10 @@ mod tests {
 
     #[test]
     fn rates_are_split_into_short_stages() {
-        assert_eq!(split(48_000.0, 2500.0), [4, 1, 1, 2]);
-        assert_eq!(split(192_000.0, 2500.0), [8, 2, 1, 2]);
+        assert_eq!(split(48_000.0, 2500.0), [4, 2, 1, 1]);
+        assert_eq!(split(192_000.0, 2500.0), [8, 2, 2, 1]);
         assert_eq!(split(6000.0, 2500.0), [1; 4]);
-        assert_eq!(split(20_000.0, 2500.0), [1, 1, 1, 3]);
+        assert_eq!(split(20_000.0, 2500.0), [3, 1, 1, 1]);
         assert_eq!(split(48_000.0, 20.0), [8, 8, 7, 2]);
     }
 

@@ -5,6 +5,7 @@
 //! in the denominator (plus signs, as everywhere here).
 
 use crate::real::Real;
+use crate::visit::state;
 
 /// Coefficients of one section.
 #[derive(Debug, Clone, Copy)]
@@ -19,6 +20,8 @@ pub struct BiquadState<T> {
     s1: T,
     s2: T,
 }
+
+state! { BiquadState<T> { s1, s2 } }
 
 /// Which side of the corner passes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,6 +2,7 @@
 //! sample. Rate: once an input sample, the products only once an output sample.
 
 use crate::real::Real;
+use crate::visit::state;
 
 /// Longest filter of one stage.
 pub const MAX_TAPS: usize = 64;
@@ -21,19 +22,29 @@ pub struct FirStage<T> {
     phase: usize,
 }
 
+state! { FirStage<T> {
+    history, end, phase;
+    settings taps, length, factor;
+    where *end + 1 >= *length && *end <= 2 * MAX_TAPS && *phase < *factor
+} }
+
 impl<T: Real> FirStage<T> {
     /// A stage that passes everything.
     pub fn identity() -> Self {
         Self::IDENTITY
     }
 
-    pub(super) const IDENTITY: Self = Self {
-        taps: [T::ZERO; MAX_TAPS],
-        history: [[T::ZERO; MAX_TAPS]; 2],
-        length: 1,
-        end: 0,
-        factor: 1,
-        phase: 0,
+    pub(super) const IDENTITY: Self = {
+        let mut taps = [T::ZERO; MAX_TAPS];
+        taps[0] = T::ONE;
+        Self {
+            taps,
+            history: [[T::ZERO; MAX_TAPS]; 2],
+            length: 1,
+            end: 0,
+            factor: 1,
+            phase: 0,
+        }
     };
 
     /// Low-pass for decimation by `factor` from rate `fs`, flat up to `pass` Hz and
@@ -82,9 +93,6 @@ impl<T: Real> FirStage<T> {
 
     /// |H|² at `angle` rad an input sample. Slow path.
     pub(super) fn power_gain(&self, angle: f64) -> f64 {
-        if self.factor == 1 && self.length == 1 {
-            return 1.0;
-        }
         let centre = self.delay();
         let taps = self.taps.iter().take(self.length).enumerate();
         // The taps are symmetric: no imaginary part about the centre.
@@ -94,42 +102,80 @@ impl<T: Real> FirStage<T> {
         sum * sum
     }
 
-    /// Takes one sample; gives one every `factor`-th time.
+    /// It passes everything.
     #[inline(always)]
+    pub(super) fn is_identity(&self) -> bool {
+        self.length == 1
+    }
+
+    /// Takes one sample; gives one every `factor`-th time. A function of its own: the stages of a
+    /// filter share its code.
+    #[inline(never)]
     pub fn process(&mut self, x: T) -> Option<T> {
-        if self.factor == 1 && self.length == 1 {
-            return Some(x);
+        for place in self.room(1)? {
+            *place = x;
         }
-        let length = self.length;
-        if self.end >= 2 * MAX_TAPS {
-            let [front, back] = &mut self.history;
-            let last = back.get(MAX_TAPS + 1 - length..)?;
-            for (to, from) in front.iter_mut().zip(last) {
-                *to = *from;
-            }
-            self.end = length - 1;
+        self.output()
+    }
+
+    /// Samples until the next output.
+    #[inline(always)]
+    pub(super) fn until_output(&self) -> usize {
+        self.factor - self.phase
+    }
+
+    /// Places of the next `count` samples, which the caller fills: not more than there are until the
+    /// next output.
+    #[inline(always)]
+    pub(super) fn room(&mut self, count: usize) -> Option<&mut [T]> {
+        if self.end + count > 2 * MAX_TAPS {
+            let kept = self.length - 1;
+            // Never more than there is room for, which the copy would check else.
+            let end = self.end.min(2 * MAX_TAPS);
+            let from = end.checked_sub(kept)?;
+            self.history.as_flattened_mut().copy_within(from..end, 0);
+            self.end = kept;
         }
-        let samples = self.history.as_flattened_mut();
-        *samples.get_mut(self.end)? = x;
-        self.end += 1;
-        self.phase += 1;
+        let from = self.end;
+        self.end += count;
+        self.phase += count;
+        self.history.as_flattened_mut().get_mut(from..self.end)
+    }
+
+    /// What the stage gives once the samples of [`Self::room`] are there: every `factor`-th time.
+    #[inline(always)]
+    pub(super) fn output(&mut self) -> Option<T> {
         if self.phase < self.factor {
             return None;
         }
         self.phase = 0;
-        // Oldest sample first; taps are symmetric, so either order would do.
-        let (samples, last_samples) = samples
-            .get(self.end.checked_sub(length)?..self.end)?
-            .as_chunks::<4>();
-        let (taps, last_taps) = self.taps.get(..length)?.as_chunks::<4>();
-        let mut sum = T::ZERO;
-        for (h, x) in taps.iter().zip(samples) {
+        self.product()
+    }
+
+    /// As [`Self::process`], a function of its own.
+    #[inline(never)]
+    fn product(&self) -> Option<T> {
+        // The taps are symmetric: a sample and its counterpart share one.
+        let samples = self.history.as_flattened();
+        let samples = samples.get(self.end.checked_sub(self.length)?..self.end)?;
+        let (early, rest) = samples.split_at_checked(self.length / 2)?;
+        let (centre, late) = rest.split_first()?;
+        let (taps, centre_tap) = self.taps.split_at_checked(self.length / 2)?;
+        let mut sum = *centre_tap.first()? * *centre;
+        let (taps, last_taps) = taps.as_chunks::<4>();
+        let (early, last_early) = early.as_chunks::<4>();
+        let (first_late, late) = late.as_rchunks::<4>();
+        for ((h, early), late) in taps.iter().zip(early).zip(late.iter().rev()) {
             for i in 0..4 {
-                sum += h[i] * x[i];
+                sum += h[i] * (early[i] + late[3 - i]);
             }
         }
-        for (h, x) in last_taps.iter().zip(last_samples) {
-            sum += *h * *x;
+        for ((h, early), late) in last_taps
+            .iter()
+            .zip(last_early)
+            .zip(first_late.iter().rev())
+        {
+            sum += *h * (*early + *late);
         }
         Some(sum)
     }

@@ -4,6 +4,7 @@
 //! passed on, its place is taken by the last good one.
 
 use crate::real::Real;
+use crate::visit::state;
 
 /// What is wrong with the signal, if anything; the gravest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,6 +49,8 @@ pub struct HealthCounts {
     pub missing: u32,
 }
 
+state! { HealthCounts { not_finite, clipped, stuck, missing } }
+
 /// Watches one channel.
 #[derive(Debug, Clone)]
 pub struct Health<T> {
@@ -64,6 +67,11 @@ pub struct Health<T> {
     missing_for: u32,
     counts: HealthCounts,
 }
+
+state! { Health<T> {
+    clipped, last, run, bad_for, missing_for, counts;
+    settings clip_level, clip_gain, stuck_run, hold
+} }
 
 impl<T: Real> Health<T> {
     /// Watches a channel of rate `fs` Hz; `full_scale` in input units where the
@@ -114,6 +122,39 @@ impl<T: Real> Health<T> {
         x
     }
 
+    /// [`Self::admit`] of samples in a row, each handed to `give` in its turn.
+    #[inline(always)]
+    pub fn admit_row(&mut self, samples: &[T], mut give: impl FnMut(T)) {
+        // As long as there is nothing to count, all stays in registers.
+        let quiet = self.clip_level.min(T::from_f64(LARGEST));
+        let stuck = self.stuck_run.saturating_sub(1);
+        let (mut last, mut run, mut clipped) = (self.last, self.run, self.clipped);
+        let mut taken = 0;
+        for &x in samples {
+            if !(x.abs() < quiet) || run >= stuck {
+                break;
+            }
+            run = if x == last { run + 1 } else { 0 };
+            clipped -= self.clip_gain * clipped;
+            last = x;
+            taken += 1;
+            give(x);
+        }
+        (self.last, self.run, self.clipped) = (last, run, clipped);
+        self.bad_for = self.bad_for.saturating_sub(taken);
+        self.missing_for = self.missing_for.saturating_sub(taken);
+        for &x in samples.iter().skip(taken as usize) {
+            give(self.admit_noted(x));
+        }
+    }
+
+    /// [`Self::admit`] where there is something to count, out of the way of the others.
+    #[cold]
+    #[inline(never)]
+    fn admit_noted(&mut self, x: T) -> T {
+        self.admit(x)
+    }
+
     /// The source lost `samples` samples just now (overrun, dropped frame).
     pub fn missing(&mut self, samples: u32) {
         self.missing_for = self.hold;
@@ -149,6 +190,44 @@ mod tests {
         for i in 0..n {
             assert!(health.admit(f(i)).is_finite());
         }
+    }
+
+    #[test]
+    fn a_row_is_its_samples_one_by_one() {
+        let mut seed = 1u32;
+        let mut random = |below: u32| {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (seed >> 8) % below
+        };
+        let mut rows = Health::<f32>::new(1000.0, Some(1.0));
+        let mut singly = rows.clone();
+        let (mut kept, mut sticks, mut faults) = (Vec::new(), false, [0; 5]);
+        for _ in 0..40_000 {
+            if random(if sticks { 30 } else { 200 }) == 0 {
+                sticks = !sticks;
+            }
+            if random(3000) == 0 {
+                rows.missing(3);
+                singly.missing(3);
+            }
+            let row: Vec<f32> = (0..1 + random(8))
+                .map(|_| match random(400) {
+                    _ if sticks => 0.25,
+                    0 => f32::NAN,
+                    1 => -1e20,
+                    2..15 => 1.0,
+                    x => x as f32 / 500.0,
+                })
+                .collect();
+            kept.clear();
+            rows.admit_row(&row, |x| kept.push(x));
+            let wanted: Vec<f32> = row.iter().map(|x| singly.admit(*x)).collect();
+            assert_eq!(kept, wanted);
+            assert_eq!(rows.fault(), singly.fault());
+            assert_eq!(rows.counts(), singly.counts());
+            faults[rows.fault().map_or(4, |fault| fault as usize)] += 1;
+        }
+        assert!(faults.iter().all(|times| *times > 100), "{faults:?}");
     }
 
     #[test]

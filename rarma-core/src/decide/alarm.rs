@@ -13,6 +13,7 @@ use super::mode::{Label, Mode};
 use super::origin::Origin;
 use crate::condition::Fault;
 use crate::real::Real;
+use crate::visit::state;
 
 /// What the monitor believes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,7 +66,7 @@ pub enum Reason {
 }
 
 /// The standing alarm.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Standing<T> {
     /// Place of the mode among the tracked ones.
     pub slot: usize,
@@ -84,6 +85,11 @@ pub struct Standing<T> {
     /// mode has called.
     line_s: Option<T>,
 }
+
+state! { Standing<T> {
+    slot, frequency, lowest_damping, mean_amplitude, weight, over_s, explained_s,
+    undamped_s, back_s, line_s
+} }
 
 /// Undamped for this long in all, an alarm is established, s: it then holds through
 /// damping that is smeared by modulation.
@@ -151,6 +157,11 @@ pub struct Alarm<T> {
     /// The alarm before, and for how long it is still remembered, s.
     before: Option<(Standing<T>, T)>,
 }
+
+state! { Alarm<T> {
+    standing, before;
+    settings config
+} }
 
 /// Memory of the mean amplitude while an alarm stands, s.
 const AMPLITUDE_TAU_S: f64 = 1.0;

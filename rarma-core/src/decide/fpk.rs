@@ -13,6 +13,7 @@ use super::fpk_histogram::Histogram;
 use super::fpk_verdict::{AmplitudeReading, verdict};
 use crate::real::Real;
 use crate::spectrum::envelope_corner;
+use crate::visit::state;
 
 /// Damping ratio below which a reading counts as this: a line without damping reads
 /// 0.000, and by its word no time would be long enough.
@@ -42,6 +43,8 @@ struct Block<T> {
     effective: T,
     effective2: T,
 }
+
+state! { Block<T> { scale, count, d, d2, effective, effective2 } }
 
 impl<T: Real> Block<T> {
     /// The same sums of V/scale − 1 with another scale: V/new − 1 = (r − 1) + r·d, so
@@ -114,6 +117,15 @@ pub struct Fpk<T> {
     blocks_until_complete: usize,
     pushes: u32,
 }
+
+state! { Fpk<T> {
+    blocks, open, closed, running, complete, blocks_until_complete, pushes;
+    settings period_s, block_length;
+    where *open < BLOCKS
+        && *closed < BLOCKS
+        && (1..=BLOCKS).contains(blocks_until_complete)
+        && blocks.iter().all(|block| block.count <= *block_length)
+} }
 
 impl<T: Real> Fpk<T> {
     /// For one V every `period_s` seconds (> 0), with a memory of [`MEMORY_S`].

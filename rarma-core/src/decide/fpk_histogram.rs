@@ -4,6 +4,7 @@
 //! their neighbour in any noise.
 
 use crate::real::Real;
+use crate::visit::state;
 
 /// Bins of a histogram.
 pub const BINS: usize = 16;
@@ -21,6 +22,8 @@ pub struct Histogram<T> {
     /// Width of a bin, squared input units; 0 while nothing is known.
     pub bin_width: T,
 }
+
+state! { Histogram<T> { counts, beyond, bin_width } }
 
 /// The decreasing function nearest to a histogram, and how far it is from it.
 #[derive(Debug, Clone, Copy, PartialEq)]

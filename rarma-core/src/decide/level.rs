@@ -6,6 +6,7 @@
 //! the cut has no idle to compare with.
 
 use crate::real::Real;
+use crate::visit::state;
 
 /// A level above this multiple of the idle level is a cut (6 dB).
 pub const CUT_RATIO: f64 = 2.0;
@@ -28,6 +29,8 @@ pub struct IdleFinder<T> {
     told: Option<(T, T)>,
     cutting: bool,
 }
+
+state! { IdleFinder<T> { smooth, gain, rise, floor, contrast, told, cutting } }
 
 impl<T: Real> IdleFinder<T> {
     /// For decisions every `period_s` seconds.

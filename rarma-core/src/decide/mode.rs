@@ -6,6 +6,7 @@ use super::config::AlarmConfig;
 use super::origin::Origin;
 use super::sequential::Evidence;
 use crate::real::Real;
+use crate::visit::state;
 
 /// Where a mode's vibration comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -98,6 +99,10 @@ pub struct ModeTrack<T> {
     damped_s: T,
     since_damped_s: T,
 }
+
+state! { ModeTrack<T> {
+    frequency, smooth_damping, undamped_s, on_rotation, damped_s, since_damped_s
+} }
 
 impl<T: Real> Default for ModeTrack<T> {
     fn default() -> Self {

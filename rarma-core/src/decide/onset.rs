@@ -5,6 +5,7 @@
 //! a cut that goes on as before.
 
 use crate::real::Real;
+use crate::visit::state;
 
 /// Steps of history, and the length of one, s.
 const STEPS: usize = 10;
@@ -34,6 +35,11 @@ pub struct Onset<T> {
     left_s: T,
     usual: T,
 }
+
+state! { Onset<T> {
+    history, band, filled, left_s, usual;
+    where *filled <= STEPS
+} }
 
 impl<T: Real> Default for Onset<T> {
     fn default() -> Self {

@@ -6,6 +6,7 @@
 use super::config::AlarmConfig;
 use super::sequential::USUAL_RATIO;
 use crate::real::Real;
+use crate::visit::state;
 
 /// Places that are remembered.
 const PLACES: usize = 8;
@@ -49,7 +50,7 @@ const MEAN_S: f64 = 0.5;
 const LOW: f64 = 3.0;
 
 /// One remembered mode.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Place<T> {
     frequency: T,
     usual_damping: T,
@@ -66,6 +67,11 @@ struct Place<T> {
     /// It rose by itself, this long ago, s, and whether clearly so.
     rose: Option<(T, bool)>,
 }
+
+state! { Place<T> {
+    frequency, usual_damping, usual_power, seen_s, mean_damping, mean_power, known_s,
+    missed_s, damped_s, rose
+} }
 
 impl<T: Real> Place<T> {
     /// A place of which nothing is known but that something is there, of this power.
@@ -116,6 +122,8 @@ pub struct Places<T> {
     /// Nothing is learnt for so long, s.
     deaf_s: T,
 }
+
+state! { Places<T> { places, deaf_s } }
 
 impl<T: Real> Default for Places<T> {
     fn default() -> Self {

@@ -5,6 +5,7 @@
 //! Rate: decision rate.
 
 use crate::real::Real;
+use crate::visit::state;
 
 /// ζ is negative for certain so many standard deviations below zero, where no speed is known and
 /// where one is. Without a speed no line can call, and this is all there is: with 3, of the chatter of the
@@ -29,6 +30,8 @@ pub struct Runaway<T> {
     by_model: T,
     is_certain: bool,
 }
+
+state! { Runaway<T> { from, by_model, is_certain } }
 
 impl<T: Real> Default for Runaway<T> {
     fn default() -> Self {

@@ -3,6 +3,7 @@
 //! Rate: `process` once a decimated sample, `steer` at the decision rate.
 
 use crate::real::Real;
+use crate::visit::state;
 
 /// Cumulated log likelihood ratios of one mode: undamped against damped.
 ///
@@ -31,6 +32,10 @@ pub struct SequentialTest<T> {
     regained: T,
     usual_again: T,
 }
+
+state! { SequentialTest<T> {
+    x, undamped, damped, usual, variance, lost, lost_from_usual, regained, usual_again
+} }
 
 /// What the test of one mode says at a decision, in nats.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -72,6 +77,8 @@ struct Pair<T> {
     u: T,
     v: T,
 }
+
+state! { Pair<T> { u, v } }
 
 impl<T: Real> Pair<T> {
     fn new(angle: T, cosine: T, damping: T) -> Self {

@@ -5,6 +5,7 @@
 //! for every mode at once: it takes part in the decision of each.
 
 use crate::real::Real;
+use crate::visit::state;
 
 /// Memory, s, and for how long a mode must have been heard, s.
 const TAU_S: f64 = 0.25;
@@ -27,6 +28,8 @@ pub struct Steadiness<T> {
     square: T,
     heard_s: T,
 }
+
+state! { Steadiness<T> { mean, square, heard_s } }
 
 impl<T: Real> Steadiness<T> {
     /// Takes the squared amplitude at a decision; one that is no number is left out.

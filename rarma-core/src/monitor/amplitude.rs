@@ -9,6 +9,7 @@ use super::MAX_MODES;
 use crate::decide::{AmplitudeReading, Fpk, Histogram, Mode};
 use crate::real::Real;
 use crate::spectrum::Envelope;
+use crate::visit::state;
 
 /// Above this damping ratio a pole pair is no mode to follow.
 const MOST_DAMPING: f64 = 0.2;
@@ -34,6 +35,8 @@ pub(super) struct AmplitudeWatch<T> {
     frequency: Option<T>,
     missed_s: T,
 }
+
+state! { AmplitudeWatch<T> { envelope, statistic, frequency, missed_s } }
 
 impl<T: Real> AmplitudeWatch<T> {
     pub(super) fn new(fs: f64, period_s: f64) -> Self {

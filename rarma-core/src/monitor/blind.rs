@@ -6,6 +6,7 @@
 
 use super::spindle::LINES;
 use crate::real::Real;
+use crate::visit::state;
 
 /// A line that has this many times (6 dB) the power it had …
 const ROSE: f64 = 4.0;
@@ -21,12 +22,14 @@ const LOUD: f64 = 0.05;
 const HOLD_S: f64 = 1.0;
 
 /// The least power of late, of a line and of all but it, input units squared.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Least<T> {
     multiple: u32,
     line: T,
     rest: T,
 }
+
+state! { Least<T> { multiple, line, rest } }
 
 /// The lines of the rotation, each by itself.
 #[derive(Debug, Clone)]
@@ -34,6 +37,8 @@ pub(super) struct Blindness<T> {
     lines: [Option<Least<T>>; LINES],
     hold_s: T,
 }
+
+state! { Blindness<T> { lines, hold_s } }
 
 impl<T: Real> Default for Blindness<T> {
     fn default() -> Self {

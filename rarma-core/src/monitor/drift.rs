@@ -3,6 +3,7 @@
 //! Rate: decision rate.
 
 use crate::real::Real;
+use crate::visit::state;
 
 /// Steps of history, and the length of one, s: after an entry a spindle recovers by 1 %
 /// in 0.3 s.
@@ -15,6 +16,8 @@ pub(super) struct Drift<T> {
     history: [Option<T>; STEPS],
     left_s: T,
 }
+
+state! { Drift<T> { history, left_s } }
 
 impl<T: Real> Drift<T> {
     /// Time passes; `speed` is the one in use, Hz.

@@ -8,6 +8,7 @@ use crate::estimate::{RarmaConfig, RecursiveArma, Status};
 use crate::order::Order;
 use crate::real::Real;
 use crate::spectrum::{FactorTracker, ModalDeviation, Quadratic, Tracking, deviation, isolate};
+use crate::visit::{State, StateVisitor};
 
 /// A model and its roots, of one order.
 #[derive(Debug, Clone)]
@@ -61,6 +62,15 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Fixed<T, P, Q, N> 
         let model = &self.model;
         let scale = model.covariance_factor();
         deviation(model.a(), N, factor, fs, model.covariance(), scale)
+    }
+}
+
+impl<T: Real, const P: usize, const Q: usize, const N: usize> State<T> for Fixed<T, P, Q, N> {
+    fn visit_state(&mut self, visitor: &mut impl StateVisitor<T>) -> bool {
+        let Self { model, roots, lost } = self;
+        visitor.part("Fixed model roots lost");
+        roots.visit_state(visitor);
+        State::<T>::visit_state(lost, visitor) && model.visit_state(visitor)
     }
 }
 
@@ -119,6 +129,13 @@ identifier! {
     O66: 6, 6, 12;
     O87: 8, 7, 15;
     O88: 8, 8, 16;
+}
+
+impl<T: Real> State<T> for Identifier<T> {
+    /// Its order is one of the settings.
+    fn visit_state(&mut self, visitor: &mut impl StateVisitor<T>) -> bool {
+        of!(&mut self.0, fixed => fixed.visit_state(visitor), else true)
+    }
 }
 
 /// A recursive model ([`RecursiveArma`]) and the roots of its A ([`FactorTracker`]), of an

@@ -27,8 +27,10 @@ use crate::condition::{BandFilter, Fault, Health, HealthCounts};
 use crate::decide::{Alarm, Histogram, IdleFinder, Onset, Places};
 use crate::real::Real;
 use crate::verdict::Verdict;
+use crate::visit::{State, StateVisitor, state};
 use amplitude::AmplitudeWatch;
 use blind::Blindness;
+use core::slice::Iter;
 use slot::{Gains, Slot};
 use spindle::Spindle;
 
@@ -88,6 +90,15 @@ pub struct Monitor<T> {
     fault_s: T,
 }
 
+state! { Monitor<T> {
+    health, filter, identifier, slots, idle, places, onset, was_locked, blindness,
+    amplitude, alarm, spindle, sources, heard_speed, power, rest_power, loudest, samples,
+    heard_s, until_decision, lost_s, fault_s;
+    settings hears_lines, band, idle_samples, fs, gains, power_gain, decision_every,
+    period_s;
+    where (*until_decision > 0) == (*decision_every > 0) && *until_decision <= *decision_every
+} }
+
 impl<T: Real> Monitor<T> {
     /// A monitor that has heard nothing.
     ///
@@ -107,6 +118,31 @@ impl<T: Real> Monitor<T> {
         let good = self.health.admit(x);
         let (wide, y) = self.filter.process_both(good)?;
         self.hear(wide, y)
+    }
+
+    /// [`Self::push`] of samples in a row, up to the first report: those between two decimated ones
+    /// share some of the work.
+    #[inline]
+    pub fn push_row(&mut self, samples: &mut Iter<'_, T>) -> Option<Report<T>> {
+        loop {
+            let here = samples.as_slice();
+            let count = self.filter.row().min(here.len());
+            let (row, later) = here.split_at_checked(count)?;
+            if row.is_empty() {
+                return None;
+            }
+            *samples = later.iter();
+            self.samples += count as u64;
+            let health = &mut self.health;
+            let heard = self
+                .filter
+                .process_row(count, |places| health.admit_row(row, |x| places.put(x)));
+            if let Some((wide, y)) = heard
+                && let Some(report) = self.hear(wide, y)
+            {
+                return Some(report);
+            }
+        }
     }
 
     /// Takes one decimated sample, before and after the high-pass. A function of its own, so that
@@ -163,6 +199,16 @@ impl<T: Real> Monitor<T> {
         self.health.counts()
     }
 
+    /// Shows every number that the samples have changed to `visitor`, to be kept and gone on from
+    /// later, as [`RecursiveArma::visit_state`](crate::estimate::RecursiveArma::visit_state) does.
+    /// The monitor that takes a state in has been made with the same settings as the one that gave it.
+    /// False where what `visitor` has put in is not the state of such a monitor; it is of no use then
+    /// until it is restarted. Slow path.
+    #[must_use]
+    pub fn visit_state(&mut self, visitor: &mut impl StateVisitor<T>) -> bool {
+        State::visit_state(self, visitor)
+    }
+
     /// What is wrong with the samples now.
     pub fn fault(&self) -> Option<Fault> {
         self.health.fault()
@@ -198,3 +244,6 @@ impl<T: Real> Monitor<T> {
         }
     }
 }
+
+#[cfg(test)]
+mod state_tests;

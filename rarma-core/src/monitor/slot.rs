@@ -8,6 +8,7 @@ use crate::decide::{
 use crate::real::Real;
 use crate::spectrum::{LOCKIN_TAU_S, LockIn, Modal, ModalDeviation};
 use crate::verdict::Verdict;
+use crate::visit::state;
 
 /// Part of the threshold that counts for a mode that may always have had so little damping.
 const NO_NEWS: f64 = 0.25;
@@ -29,6 +30,8 @@ pub(super) struct Slot<T> {
     steered: T,
     pub(super) track: ModeTrack<T>,
 }
+
+state! { Slot<T> { at, test, steadiness, runaway, line, steered, track } }
 
 impl<T: Real> Default for Slot<T> {
     fn default() -> Self {

@@ -107,3 +107,56 @@ fn it_is_as_large_as_told() {
     );
     assert!((55_000..57_000).contains(&bytes), "{bytes}");
 }
+
+#[test]
+fn samples_in_a_row_are_samples_one_by_one() {
+    for (order, fs) in [
+        (Order::O43, 6000.0),
+        (Order::O21, 48_000.0),
+        (Order::O22, 192_000.0),
+    ] {
+        let config = settings(order, fs, Some(76.4));
+        let mut singly = Monitor::<f32>::new(&config).expect("settings");
+        let mut rows = singly.clone();
+        let mut seed = 1u32;
+        let mut random = move |below: u32| {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (seed >> 8) % below
+        };
+        let (mut n, mut reports) = (0u32, 0);
+        while n < fs as u32 / 2 {
+            let row: Vec<f32> = (0..1 + random(200))
+                .map(|_| {
+                    n += 1;
+                    let t = n as f32 / fs as f32;
+                    let noise = random(1000) as f32 / 500.0 - 1.0;
+                    match random(5000) {
+                        0 => f32::NAN,
+                        1 => 5.0,
+                        _ => 0.3 * noise + (5200.0 * t).sin() + (2400.0 * t).sin(),
+                    }
+                })
+                .collect();
+            if random(50) == 0 {
+                singly.missing(3);
+                rows.missing(3);
+            }
+            let wanted: Vec<String> = row
+                .iter()
+                .filter_map(|x| singly.push(*x).map(|report| format!("{report:?}")))
+                .collect();
+            let (mut left, mut got) = (row.iter(), Vec::new());
+            while let Some(report) = rows.push_row(&mut left) {
+                got.push(format!("{report:?}"));
+            }
+            assert_eq!(got, wanted, "{fs} Hz, sample {n}");
+            assert!(left.as_slice().is_empty());
+            reports += got.len();
+        }
+        assert!(reports > 100, "{reports}");
+        assert_eq!(
+            (rows.samples(), rows.fault()),
+            (singly.samples(), singly.fault())
+        );
+    }
+}

@@ -7,6 +7,7 @@
 
 use super::lockin::LockIn;
 use crate::real::Real;
+use crate::visit::state;
 
 /// Half-width of the band (−3 dB) in half-widths ζf of the mode.
 pub const ENVELOPE_WIDTHS: f64 = 3.0;
@@ -69,6 +70,11 @@ pub struct Envelope<T> {
     zeta: T,
     gain: T,
 }
+
+state! { Envelope<T> {
+    lockin, f_hz, zeta, gain;
+    settings fs_hz
+} }
 
 impl<T: Real> Envelope<T> {
     /// At rest, for samples at `fs_hz` (> 0); deaf until it is steered.

@@ -4,6 +4,7 @@
 //! trigonometry); `steer` at the decision rate.
 
 use crate::real::Real;
+use crate::visit::state;
 
 /// Time constant of each of the two smoothing stages, s. Together they pass
 /// about ±16 Hz around the frequency.
@@ -22,6 +23,8 @@ pub struct LockIn<T> {
     second: (T, T),
     before: (T, T),
 }
+
+state! { LockIn<T> { rotor, turn, first, second, before } }
 
 impl<T: Real> Default for LockIn<T> {
     fn default() -> Self {

@@ -8,6 +8,7 @@ use super::Listening;
 use super::config::VerdictConfig;
 use super::frame::HOP_S;
 use crate::real::Real;
+use crate::visit::state;
 
 /// Speeds: the told one times e^u, u in steps over ±[`SPAN`].
 const STEP: f64 = 0.001;
@@ -77,6 +78,11 @@ pub(super) struct Belief<T> {
     mean: T,
     sd: T,
 }
+
+state! { Belief<T> {
+    heard, everywhere, chance, mixed, told_hz, teeth, folding_hz, sd_hz, prior_gain,
+    prior_sums, prior_sum, on_teeth, rare_turns, alone, least, largest, sum, mean, sd
+} }
 
 impl<T: Real> Belief<T> {
     /// Zeros, until [`Self::restart`].

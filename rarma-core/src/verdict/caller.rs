@@ -2,6 +2,7 @@
 
 use super::config::VerdictConfig;
 use crate::real::Real;
+use crate::visit::state;
 
 /// An alarm ends at this above the doubt at the least, where every line without evidence is.
 const ABOVE_DOUBT: f64 = 0.2;
@@ -17,6 +18,11 @@ pub struct Caller<T> {
     silent: u8,
     stands: bool,
 }
+
+state! { Caller<T> {
+    silent, stands;
+    settings call, release
+} }
 
 impl<T: Real> Caller<T> {
     /// One that is not made yet.

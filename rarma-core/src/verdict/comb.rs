@@ -6,6 +6,7 @@
 
 use super::HOP_S;
 use crate::real::Real;
+use crate::visit::state;
 
 /// The lines have gone where they hold less than this part of the power they held.
 const GONE: f64 = 0.4;
@@ -42,6 +43,11 @@ pub(super) struct Comb<T> {
     gone: u8,
     settling_s: T,
 }
+
+state! { Comb<T> {
+    explained, at_multiples, total, gone, settling_s;
+    where *gone < WINDOWS
+} }
 
 impl<T: Real> Comb<T> {
     /// Of nothing heard.

@@ -5,6 +5,7 @@
 
 use crate::condition::SlicedFft;
 use crate::real::Real;
+use crate::visit::{State, StateVisitor, state};
 
 /// Complex points of the transform.
 const HALF: usize = 1024;
@@ -46,6 +47,48 @@ enum Phase {
     Done,
 }
 
+impl Phase {
+    /// As two numbers: which, and where in it.
+    fn numbers(self) -> (u8, usize) {
+        match self {
+            Self::Fill(at) => (0, at),
+            Self::Transform => (1, 0),
+            Self::Unpack => (2, 0),
+            Self::Smooth(at) => (3, at),
+            Self::Done => (4, 0),
+        }
+    }
+
+    /// What it looks at is there; `bins` are those of the band.
+    fn is_within(self, bins: (usize, usize)) -> bool {
+        match self {
+            Self::Fill(at) => at < FRAME,
+            Self::Smooth(at) => at >= bins.0 && at <= bins.1,
+            _ => true,
+        }
+    }
+}
+
+impl<T: Real> State<T> for Phase {
+    fn visit_state(&mut self, visitor: &mut impl StateVisitor<T>) -> bool {
+        let mut numbers = self.numbers();
+        if !State::<T>::visit_state(&mut numbers, visitor) {
+            return false;
+        }
+        let at = numbers.1;
+        let all = [
+            Self::Fill(at),
+            Self::Transform,
+            Self::Unpack,
+            Self::Smooth(at),
+            Self::Done,
+        ];
+        let there = all.iter().find(|phase| phase.numbers() == numbers);
+        *self = there.copied().unwrap_or(Self::Done);
+        there.is_some()
+    }
+}
+
 /// Samples, and the power spectrum of the last window.
 #[derive(Debug, Clone)]
 pub(super) struct Frame<T> {
@@ -77,6 +120,12 @@ pub(super) struct Frame<T> {
     sum_ln: T,
     sum: T,
 }
+
+state! { Frame<T> {
+    ring, next, from, fft, smooth, idle, phase, turn, windows, total, mean_ln, sum_ln, sum;
+    settings step, settled, window, bins, bin_hz, half, hop, gain;
+    where *next < FRAME && *from < FRAME && phase.is_within(*bins)
+} }
 
 impl<T: Real> Frame<T> {
     /// Zeros, until [`Self::restart`].

@@ -1,7 +1,8 @@
 //! The lines of a spectrum: its strongest peaks, and the strongest of the first turns.
 
-use super::frame::Frame;
+use super::frame::{FRAME, Frame};
 use crate::real::Real;
+use crate::visit::state;
 
 /// Lines that may be chatter, and lines more that tell of the speed.
 pub(super) const CANDIDATES: usize = 8;
@@ -31,12 +32,22 @@ pub(super) struct Line<T> {
     pub(super) visible: bool,
 }
 
+state! { Line<T> {
+    bin, f_hz, power, visible;
+    where *bin < FRAME
+} }
+
 /// The strongest peaks, falling.
 #[derive(Debug, Clone, Copy)]
 struct Strongest<T> {
     peaks: [(usize, T); PEAKS],
     count: usize,
 }
+
+state! { Strongest<T> {
+    peaks, count;
+    where *count <= PEAKS
+} }
 
 impl<T: Real> Strongest<T> {
     const BLANK: Self = Self {
@@ -74,6 +85,11 @@ pub(super) struct Lines<T> {
     count: usize,
     candidates: usize,
 }
+
+state! { Lines<T> {
+    strongest, first_turns, lines, count, candidates;
+    where *count <= LINES && *candidates <= CANDIDATES && *candidates <= *count
+} }
 
 impl<T: Real> Lines<T> {
     /// None.

@@ -33,11 +33,12 @@ pub use caller::Caller;
 pub use config::{Number, VerdictConfig, VerdictError, number};
 
 use crate::real::Real;
+use crate::visit::state;
 use belief::Belief;
 use comb::Comb;
 use evidence::Weigher;
 pub use frame::HOP_S;
-use frame::{Frame, SEGMENTS};
+use frame::{FRAME, Frame, SEGMENTS};
 use lines::{CANDIDATES, LINES, Lines};
 use steadiness::Steadiness;
 use tracks::Tracks;
@@ -79,6 +80,8 @@ pub struct Judgement<T> {
     /// Turns a second as believed, and their standard deviation.
     pub spindle_hz: Option<(T, T)>,
 }
+
+state! { Judgement<T> { evidence, f_hz, chatter, forced, part, over_idle_db, spindle_hz } }
 
 impl<T: Real> Judgement<T> {
     /// Of no window.
@@ -125,6 +128,13 @@ pub struct Verdict<T> {
     caller: Caller<T>,
     last: Judgement<T>,
 }
+
+state! { Verdict<T> {
+    frame, lines, tracks, belief, is_told, steadiness, stage, until, weights, forced, odds,
+    fluctuation, loudest, smooth, quietest, comb, caller, last;
+    settings weigher, pace, breadth, glide, resolution_hz, angle;
+    where *until <= FRAME && stage.is_within(frame.bins)
+} }
 
 impl<T: Real> Verdict<T> {
     /// One that has heard nothing.

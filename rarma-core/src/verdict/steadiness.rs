@@ -2,6 +2,7 @@
 
 use super::frame::{Frame, SEGMENTS};
 use crate::real::{Real, times};
+use crate::visit::state;
 
 /// Segments of one look, and the weights of the outer and the inner ones: a Hann window in four
 /// steps.
@@ -19,6 +20,11 @@ pub(super) struct Steadiness<T> {
     turn: (T, T),
     segment: (T, T),
 }
+
+state! { Steadiness<T> {
+    sums, at, step, turn, segment;
+    where *at <= SEGMENTS
+} }
 
 impl<T: Real> Steadiness<T> {
     /// Of no line, until [`Self::begin`].

@@ -4,6 +4,7 @@ use super::belief::sigmoid;
 use super::frame::HOP_S;
 use super::lines::{CANDIDATES, Line};
 use crate::real::Real;
+use crate::visit::state;
 
 const TRACKS: usize = 3 * CANDIDATES;
 /// A line is the one of the window before if it is this near, in units of the resolution.
@@ -44,6 +45,10 @@ pub(super) struct Track<T> {
     pub(super) evidence: T,
 }
 
+state! { Track<T> {
+    f_hz, age_s, missing, seen, in_use, windows, slope, forced, features, suspect, evidence
+} }
+
 impl<T: Real> Track<T> {
     /// The log-odds that the rotation makes it, averaged.
     pub(super) fn forced(&mut self, odds: T, is_called: bool) -> T {
@@ -75,6 +80,11 @@ pub(super) struct Tracks<T> {
     /// The track of each candidate.
     of: [usize; CANDIDATES],
 }
+
+state! { Tracks<T> {
+    tracks, of;
+    where of.iter().all(|track| *track < TRACKS)
+} }
 
 impl<T: Real> Tracks<T> {
     /// None.

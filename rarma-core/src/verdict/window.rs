@@ -6,6 +6,7 @@ use super::belief::{Belief, sigmoid};
 use super::frame::{HOP_S, decibel};
 use super::lines::{CANDIDATES, LINES};
 use crate::real::Real;
+use crate::visit::{State, StateVisitor};
 
 /// Bins looked at for peaks in a slice.
 pub(super) const SCANNED: usize = 16;
@@ -33,6 +34,57 @@ pub(super) enum Stage {
     Forced(usize),
     Steady(usize),
     Judge,
+}
+
+impl Stage {
+    /// As two numbers: which, and where in it.
+    fn numbers(self) -> (u8, usize) {
+        match self {
+            Self::Wait => (0, 0),
+            Self::Spectrum => (1, 0),
+            Self::Scan(bin) => (2, bin),
+            Self::Pick => (3, 0),
+            Self::Hear(k) => (4, k),
+            Self::Settle => (5, 0),
+            Self::Forced(k) => (6, k),
+            Self::Steady(k) => (7, k),
+            Self::Judge => (8, 0),
+        }
+    }
+
+    /// What it looks at is there; `bins` are those of the band.
+    pub(super) fn is_within(self, bins: (usize, usize)) -> bool {
+        match self {
+            Self::Scan(bin) => bin >= bins.0 && bin <= bins.1,
+            Self::Hear(k) => k <= LINES,
+            Self::Forced(k) | Self::Steady(k) => k <= CANDIDATES,
+            _ => true,
+        }
+    }
+}
+
+impl<T: Real> State<T> for Stage {
+    fn visit_state(&mut self, visitor: &mut impl StateVisitor<T>) -> bool {
+        let mut numbers = self.numbers();
+        if !State::<T>::visit_state(&mut numbers, visitor) {
+            return false;
+        }
+        let at = numbers.1;
+        let all = [
+            Self::Wait,
+            Self::Spectrum,
+            Self::Scan(at),
+            Self::Pick,
+            Self::Hear(at),
+            Self::Settle,
+            Self::Forced(at),
+            Self::Steady(at),
+            Self::Judge,
+        ];
+        let there = all.iter().find(|stage| stage.numbers() == numbers);
+        *self = there.copied().unwrap_or(Self::Wait);
+        there.is_some()
+    }
 }
 
 impl<T: Real> Verdict<T> {

@@ -26,11 +26,16 @@ mod error;
 mod hankel;
 mod modes;
 mod perturbation;
+mod recursive;
 mod shape;
 mod subspace;
 #[cfg(test)]
 mod tests;
 
 pub use error::ChannelError;
+pub use recursive::{
+    ChannelStatus, ChannelStep, MOST_CHANNELS, MOST_PARAMETERS, RecursiveChannels, SharedMode,
+    SharedPart, Weights,
+};
 pub use shape::{ChannelMode, ShapePart, mac};
 pub use subspace::{Subspace, SubspaceConfig};

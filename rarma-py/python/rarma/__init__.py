@@ -10,6 +10,7 @@ from importlib.metadata import version as _version
 from ._rarma import (
     Monitor,
     RecursiveArma,
+    RecursiveChannels,
     decode,
     identify,
     identify_channels,
@@ -31,6 +32,7 @@ __all__ = [
     "Readings",
     "Recording",
     "RecursiveArma",
+    "RecursiveChannels",
     "Simulation",
     "advise",
     "decode",

@@ -136,10 +136,19 @@ impl Regulator {
                 limiting: true,
             };
         }
-        // Not `clamp`, which panics where the limit is not one; this gives no duty there.
-        let most = tuning.most_duty.max(0.0);
-        let clamped = duty.max(-most).min(most);
-        let limiting = clamped != duty;
+        // Not `clamp`, which panics where the limit is not one; this gives no duty there. Nor `min` and
+        // `max`, which look for a NaN that cannot come here.
+        let most = tuning.most_duty;
+        let limiting = !(duty.abs() <= most);
+        let clamped = if !limiting {
+            duty
+        } else if !(most >= 0.0) {
+            0.0
+        } else if duty < 0.0 {
+            -most
+        } else {
+            most
+        };
         if !limiting || error * duty < 0.0 {
             self.sum_v += tuning.integral * error;
         }

@@ -59,14 +59,16 @@ impl<T: Real> Magnet<T> {
     /// // 3 A: 1.26 T, beyond the knee at 1.2 T.
     /// assert!(!magnet.force(3.0, 150e-6).trusted);
     /// ```
-    #[inline]
+    #[inline(always)]
     pub fn force(&self, current_a: T, gap_m: T) -> Force<T> {
         let gap = gap_m + self.gap_offset_m;
         if !(gap > self.gap_offset_m * T::from_f64(0.5) && gap > T::ZERO) {
             return Force::default();
         }
-        let field = current_a / gap;
-        let part = field.abs() / self.saturation_a_per_m;
+        // The field over that at the knee, with one division: it is the dearest step of a period.
+        let knee_a = gap * self.saturation_a_per_m;
+        let part = current_a.abs() / knee_a;
+        let field = part * self.saturation_a_per_m;
         let newton = self.gain * field * field * knee(part);
         if !newton.is_finite() {
             return Force::default();
@@ -110,8 +112,8 @@ fn sixth<T: Real>(r: T) -> T {
 
 /// (1 + r⁶)^(−1/3).
 ///
-/// Below 1.2 times the knee by Newton's rounds y ← y·(4 − q·y³)/3, which need no division:
-/// the error goes from 0.06 to 7·10⁻³, 10⁻⁴, 2·10⁻⁸ and below the last digit of f64.
+/// Below 1.2 times the knee by Newton's rounds y ← y·(4 − q·y³)/3, which need no division, from the
+/// cubic of least error (4·10⁻³): it goes to 3·10⁻⁵, 2·10⁻⁹ and below the last digit of f64.
 #[inline(always)]
 fn knee<T: Real>(r: T) -> T {
     let third = T::from_f64(1.0 / 3.0);
@@ -119,9 +121,10 @@ fn knee<T: Real>(r: T) -> T {
     if !(q <= T::from_f64(4.0)) {
         return (-q.ln() * third).exp();
     }
-    // The chord from q = 1 to 4, lowered by half of what the curve sags below it.
-    let mut y = T::from_f64(1.07) - T::from_f64(0.123) * q;
-    for _ in 0..5 {
+    let mut y = T::from_f64(0.125_997) - T::from_f64(0.012_194_4) * q;
+    y = T::from_f64(1.379_23) - q * (T::from_f64(0.496_788) - q * y);
+    let rounds = if T::EPSILON.to_f64() > 1e-10 { 2 } else { 3 };
+    for _ in 0..rounds {
         y = y * (T::from_f64(4.0) - q * y * y * y) * third;
     }
     y

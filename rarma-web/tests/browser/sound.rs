@@ -3,8 +3,8 @@
 use rarma_box::wire::MonitorJob;
 use rarma_cli::commands::{listen, simulate};
 use rarma_cli::record::Summary;
-use rarma_cli::scenario;
 use rarma_core::monitor::MonitorConfig;
+use rarma_scenarios::scenario;
 use std::path::Path;
 
 /// The demonstration's cut.

@@ -63,12 +63,9 @@ const BRIDGE_EVERY: u32 = 48;
 /// # Errors
 /// When it does not build.
 pub fn build(workspace: &Workspace, toolchain: &Toolchain) -> Result<PathBuf> {
-    process::run(&mut fw::command(
-        workspace,
-        toolchain,
-        &Request::build(BOARD),
-    ))?;
-    Ok(fw::elf_path(workspace, BOARD, BOARD))
+    let request = Request::build(BOARD)?;
+    process::run(&mut fw::command(workspace, toolchain, &request))?;
+    Ok(fw::elf_path(workspace, request.board, BOARD))
 }
 
 /// Measures the image.

@@ -7,9 +7,10 @@ use std::process::Stdio;
 use super::calls::Unwanted;
 use super::plugin::{self, Report};
 use crate::arm_image::ArmImage;
+use crate::board::Machine;
 use crate::fw::{self, Request};
-use crate::toolchain::Toolchain;
-use crate::{EMULATED_BOARD, Failure, Result, Workspace, process, qemu};
+use crate::toolchain::{ARM, ARM_V8, Target, Toolchain};
+use crate::{EMULATED_BOARD, EMULATED_M33, Failure, Result, Workspace, process, qemu};
 
 /// The image's binary in the firmware package.
 const BINARY: &str = "count";
@@ -43,18 +44,52 @@ pub struct CountImage {
     image: ArmImage,
     marks: [u64; 2],
     report: PathBuf,
+    machine: Machine,
+}
+
+/// A core that is counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Core {
+    /// Cortex-M4F: instructions, and cycles estimated by its manual's table.
+    M4,
+    /// Cortex-M33: instructions alone, for its manual has no table of their times.
+    M33,
+}
+
+impl Core {
+    fn board(self) -> &'static str {
+        match self {
+            Self::M4 => EMULATED_BOARD,
+            Self::M33 => EMULATED_M33,
+        }
+    }
+
+    fn machine(self) -> Machine {
+        match self {
+            Self::M4 => Machine::An386,
+            Self::M33 => Machine::An505,
+        }
+    }
+
+    /// What it needs.
+    pub fn target(self) -> Target {
+        match self {
+            Self::M4 => ARM,
+            Self::M33 => ARM_V8,
+        }
+    }
 }
 
 impl CountImage {
-    /// Builds the image for the emulated board.
+    /// Builds the image for the emulated board with this core.
     ///
     /// # Errors
     /// When it does not build or lacks the marks.
-    pub fn build(workspace: &Workspace, toolchain: &Toolchain) -> Result<Self> {
-        let mut request = Request::build(EMULATED_BOARD);
+    pub fn build(workspace: &Workspace, toolchain: &Toolchain, core: Core) -> Result<Self> {
+        let mut request = Request::build(core.board())?;
         request.cargo_arguments = vec!["--bin".to_owned(), BINARY.to_owned()];
         process::run(&mut fw::command(workspace, toolchain, &request))?;
-        let elf = fw::elf_path(workspace, EMULATED_BOARD, BINARY);
+        let elf = fw::elf_path(workspace, request.board, BINARY);
         let image = ArmImage::read(&elf)?;
         let mark = |name: &str| {
             image.function(name).map(|function| function.code.start).ok_or_else(|| {
@@ -67,6 +102,7 @@ impl CountImage {
             marks,
             image,
             report: elf.with_extension("report"),
+            machine: core.machine(),
             elf,
         })
     }
@@ -116,7 +152,7 @@ impl CountImage {
 
     /// Runs the image with one argument and returns what it says.
     fn run(&self, plugin: Option<&Path>, argument: &str) -> Result<String> {
-        let mut command = qemu::qemu_command(&self.elf, &[argument.to_owned()]);
+        let mut command = qemu::qemu_command(self.machine, &self.elf, &[argument.to_owned()]);
         if let Some(plugin) = plugin {
             let [begin, end] = self.marks;
             command

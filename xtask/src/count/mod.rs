@@ -1,4 +1,5 @@
-//! `cargo xtask count`: instructions and estimated cycles per sample on the Cortex-M4F.
+//! `cargo xtask count`: instructions and estimated cycles per sample on the Cortex-M4F, and instructions on
+//! the Cortex-M33.
 //!
 //! The image `count` runs a kernel over a fixed signal between the functions `roi_begin`
 //! and `roi_end`. QEMU runs it with the plugin in `tools/m4-cycles`, which counts what is
@@ -11,9 +12,9 @@ pub mod table;
 
 use std::path::PathBuf;
 
-use crate::toolchain::{ARM, Toolchain};
+use crate::toolchain::Toolchain;
 use crate::{Failure, Result, Workspace, page, qemu};
-use image::CountImage;
+use image::{Core, CountImage};
 use table::{Row, Table};
 
 /// The kernel that does nothing.
@@ -68,22 +69,17 @@ impl Request {
 /// When the image cannot be built or run, or a count differs from the table to check.
 pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
     let request = Request::parse(arguments)?;
-    let toolchain = Toolchain::find_or_make(workspace, ARM)?;
+    let toolchain = Toolchain::find_or_make(workspace, Core::M4.target())?;
     eprintln!("count: {}", toolchain.description());
     qemu::ensure_installed()?;
-    let image = CountImage::build(workspace, &toolchain)?;
+    let image = CountImage::build(workspace, &toolchain, Core::M4)?;
     if request.list {
         for kernel in image.kernels()? {
             println!("{kernel}");
         }
         return Ok(0);
     }
-    let table = measure(
-        workspace,
-        &image,
-        &request.kernels,
-        toolchain.compiler_version()?,
-    )?;
+    let table = measure(workspace, &image, &request.kernels, &toolchain)?;
     println!("{}", table.markdown());
     if let Some(path) = &request.markdown {
         let text = page::read(path)?;
@@ -98,13 +94,13 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
     Ok(0)
 }
 
-/// Builds the image and measures kernels: those named, or all.
+/// Builds the images and measures all kernels.
 ///
 /// # Errors
 /// When something cannot be built or run, or a kernel is unknown.
 pub fn measure_all(workspace: &Workspace, toolchain: &Toolchain) -> Result<Table> {
-    let image = CountImage::build(workspace, toolchain)?;
-    measure(workspace, &image, &[], toolchain.compiler_version()?)
+    let image = CountImage::build(workspace, toolchain, Core::M4)?;
+    measure(workspace, &image, &[], toolchain)
 }
 
 /// Fails unless the counts are within the tolerance of the table in the file.
@@ -134,10 +130,19 @@ fn measure(
     workspace: &Workspace,
     image: &CountImage,
     only: &[String],
-    compiler: String,
+    toolchain: &Toolchain,
 ) -> Result<Table> {
     let plugin = plugin::build(workspace)?;
     let known = image.kernels()?;
+    let on_m33 = Toolchain::find_or_make(workspace, Core::M33.target())?;
+    let same = (toolchain.compiler_version()?, on_m33.compiler_version()?);
+    if same.0 != same.1 {
+        return Err(Failure::new(format!(
+            "two compilers for one table: {} for the Cortex-M4F, {} for the Cortex-M33",
+            same.0, same.1
+        )));
+    }
+    let m33_image = CountImage::build(workspace, &on_m33, Core::M33)?;
     if let Some(unknown) = only.iter().find(|name| !known.contains(name)) {
         return Err(
             Failure::usage(format!("no kernel `{unknown}` in the image"))
@@ -145,6 +150,7 @@ fn measure(
         );
     }
     let empty = image.measure(&plugin, EMPTY_KERNEL)?;
+    let m33_empty = m33_image.measure(&plugin, EMPTY_KERNEL)?;
     let mut rows = Vec::new();
     let mut unwanted = calls::Unwanted::default();
     for kernel in known
@@ -152,6 +158,7 @@ fn measure(
         .filter(|name| *name != EMPTY_KERNEL && (only.is_empty() || only.contains(name)))
     {
         let measured = image.measure(&plugin, kernel)?;
+        let on_m33 = m33_image.measure(&plugin, kernel)?;
         #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^52")]
         let per_sample = |all: u64, loop_alone: u64| {
             all.saturating_sub(loop_alone) as f64 / measured.samples as f64
@@ -160,6 +167,7 @@ fn measure(
             kernel: kernel.clone(),
             instructions: per_sample(measured.instructions, empty.instructions),
             cycles: per_sample(measured.cycles, empty.cycles),
+            m33_instructions: per_sample(on_m33.instructions, m33_empty.instructions),
             code_bytes: measured.code_bytes.saturating_sub(empty.code_bytes),
             stack_bytes: measured.stack_bytes.saturating_sub(empty.stack_bytes),
             state_bytes: measured.state_bytes,
@@ -171,7 +179,10 @@ fn measure(
     for line in unwanted.summary() {
         eprintln!("count: in the sample path: {line}");
     }
-    Ok(Table { compiler, rows })
+    Ok(Table {
+        compiler: same.0,
+        rows,
+    })
 }
 
 #[cfg(test)]

@@ -20,7 +20,7 @@ use crate::{Failure, Result, Workspace, long};
 const USAGE: &str = "cargo xtask fuzz [--seconds N | --markdown FILE] [--seed N] [TARGET...], or cargo xtask fuzz TARGET --case FILE, or cargo xtask fuzz --list";
 
 /// How long each target runs, s: always, and in the long form.
-pub const SECONDS: u64 = 60;
+pub const SECONDS: u64 = 30;
 /// See [`SECONDS`].
 pub const LONG_SECONDS: u64 = 600;
 

@@ -1,5 +1,6 @@
 //! Which tests are long forms: asked of the built tests themselves.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Command;
 
@@ -50,7 +51,7 @@ pub struct Forms {
 
 impl Forms {
     /// Builds the tests and asks each for its names: of the whole workspace, or only of these
-    /// test files of `host-tests`.
+    /// test files, whatever package has them.
     ///
     /// # Errors
     /// When the tests do not build, or a long form has no short one.
@@ -58,9 +59,13 @@ impl Forms {
         let mut cargo = process::host_cargo(workspace);
         cargo.args(["test", "--release", "--no-run", "--message-format", "json"]);
         if files.is_empty() {
-            cargo.args(["--workspace", "--lib", "--tests"]);
+            cargo.args(process::HOST).args(["--lib", "--tests"]);
         } else {
-            cargo.args(["--package", "host-tests"]);
+            let packages: BTreeSet<String> = files
+                .iter()
+                .map(|file| package_of(workspace, file))
+                .collect();
+            cargo.args(packages.iter().flat_map(|package| ["--package", package]));
             cargo.args(files.iter().flat_map(|file| ["--test", file]));
         }
         let messages = process::output(&mut cargo)?;
@@ -84,6 +89,17 @@ impl Forms {
             .because(format!("\n  {}", objections.join("\n  ")))
             .advise("name a long form NAME_long, beside a test NAME that judges the same promise"))
     }
+}
+
+/// The package that has a test file of this name; cargo says what it looked for where none has.
+fn package_of(workspace: &Workspace, file: &str) -> String {
+    let source = format!("tests/{file}.rs");
+    let folders = std::fs::read_dir(workspace.root()).into_iter().flatten();
+    let mut packages = folders
+        .flatten()
+        .filter(|f| f.path().join(&source).is_file());
+    let found = packages.find_map(|folder| folder.file_name().into_string().ok());
+    found.unwrap_or_else(|| "host-tests".to_owned())
 }
 
 /// Ignored tests that are not called `NAME_long`, or beside which no `NAME` runs every day.

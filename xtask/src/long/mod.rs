@@ -23,7 +23,7 @@ pub const PAGE: &str = "docs/bench.md";
 /// A parsed `cargo xtask long` command line.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Request {
-    /// Only the long forms of these test files of `host-tests`; all when empty.
+    /// Only the long forms of these test files; all when empty.
     pub files: Vec<String>,
     /// Only name them.
     pub list: bool,

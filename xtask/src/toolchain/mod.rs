@@ -33,6 +33,13 @@ pub const ARM: Target = Target {
     folder: "arm-toolchain",
 };
 
+/// Boards with a Cortex-M33 and its FPU.
+pub const ARM_V8: Target = Target {
+    triple: "thumbv8m.main-none-eabihf",
+    libraries: "core,alloc",
+    folder: "arm-v8-toolchain",
+};
+
 /// Browsers.
 pub const WEB: Target = Target {
     triple: "wasm32-unknown-unknown",

@@ -25,8 +25,9 @@ pub(super) fn check(bench: &mut Bench<'_>) -> Result<Outcome> {
     {
         return Ok(Outcome::Partly(format!("built, but {failure}")));
     }
-    let mut tests = bench.cargo(&["test", "--release", "--package", "rarma-web"]);
+    let mut tests = bench.cargo(&["test", "--release"]);
     tests
+        .args(process::HOST)
         // One browser at a time: they listen in real time.
         .args([
             "--test",

@@ -12,8 +12,9 @@ use super::spdx;
 use crate::{Failure, Result, Workspace, process};
 
 /// Manifests of the workspace and of the helpers that are workspaces of their own.
-pub const MANIFESTS: [&str; 4] = [
+pub const MANIFESTS: [&str; 5] = [
     "Cargo.toml",
+    crate::book::MANIFEST,
     super::python::MANIFEST,
     "tools/defmt-log/Cargo.toml",
     "tools/m4-cycles/Cargo.toml",

@@ -10,6 +10,8 @@ pub mod commands;
 pub mod dependencies;
 mod fuzz;
 mod packed;
+mod plant;
+mod plant_gateway;
 mod python;
 mod spdx;
 mod stages;

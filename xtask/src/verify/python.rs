@@ -1,5 +1,5 @@
 //! The Python package (`rarma-py`): linted, built as a wheel, installed into a clean environment
-//! and tested there against the command.
+//! and tested there against the command; its notebooks run in another one.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,6 +13,11 @@ pub const MANIFEST: &str = "rarma-py/Cargo.toml";
 /// What builds the wheel, and what tests it, with their versions.
 const BUILDS: &str = "rarma-py/requirements-build.txt";
 const TESTS: &str = "rarma-py/requirements-test.txt";
+/// What the notebooks need, and what runs them.
+const NOTEBOOKS: &str = "rarma-py/notebooks/requirements.txt";
+const RUN_NOTEBOOKS: &str = "rarma-py/notebooks/run.py";
+/// Tells tests and notebooks where the command is.
+const PROGRAM: &str = "RARMA_PROGRAM";
 
 /// The check.
 ///
@@ -43,25 +48,47 @@ pub fn check(workspace: &Workspace) -> Result<Outcome> {
         .args([MANIFEST, "--", "--deny", "warnings"]);
     run(clippy.env("CARGO_TARGET_DIR", &target))?;
     let wheel = wheel(workspace, &builds, &folder, &target)?;
-    let mut command = process::host_cargo(workspace);
-    run(command.args(["build", "--release", "-p", "rarma-cli"]))?;
+    let program = process::rarma(workspace)?;
     tests.install(&["--no-deps", "--force-reinstall"], &wheel)?;
     let mut pytest = tests.python();
     pytest
         .args(["-m", "pytest", "-q", "--tb=short"])
         .current_dir(workspace.root().join("rarma-py"))
         .env("PYTHONDONTWRITEBYTECODE", "1")
-        .env(
-            "RARMA_PROGRAM",
-            workspace.target_dir().join("release/rarma"),
-        );
+        .env(PROGRAM, &program);
     run(&mut pytest)?;
     let size = fs::metadata(&wheel).map_or(0, |about| about.len());
-    Ok(Outcome::Passed(format!(
+    let told = format!(
         "{}, {:.1} MB",
         wheel.file_name().unwrap_or_default().to_string_lossy(),
         size as f64 / 1e6
-    )))
+    );
+    let list = workspace.root().join(NOTEBOOKS);
+    match Environment::make(&python, folder.join("notebooks"), &list) {
+        Ok(environment) => {
+            run_notebooks(workspace, &environment, &wheel, &program)?;
+            Ok(Outcome::Passed(told))
+        }
+        // Packages of others, which a new Python may not have yet.
+        Err(failure) => Ok(Outcome::Partly(format!(
+            "{told}; the notebooks were not run: {failure}"
+        ))),
+    }
+}
+
+fn run_notebooks(
+    workspace: &Workspace,
+    environment: &Environment,
+    wheel: &Path,
+    program: &Path,
+) -> Result<()> {
+    environment.install(&["--no-deps", "--force-reinstall"], wheel)?;
+    let mut notebooks = environment.python();
+    notebooks
+        .arg(workspace.root().join(RUN_NOTEBOOKS))
+        .env("PYTHONDONTWRITEBYTECODE", "1")
+        .env(PROGRAM, program);
+    run(&mut notebooks)
 }
 
 /// Builds the one wheel.
@@ -96,18 +123,31 @@ fn run(command: &mut Command) -> Result<()> {
     process::run(command)
 }
 
+/// A list of packages, those of the lists it names included.
+fn listed(packages: &Path) -> Result<String> {
+    let mut list = crate::page::read(packages)?;
+    let folder = packages.parent().unwrap_or(Path::new(""));
+    let others: Vec<PathBuf> = list
+        .lines()
+        .filter_map(|line| line.strip_prefix("-r "))
+        .map(|other| folder.join(other.trim()))
+        .collect();
+    for other in others {
+        list.push_str(&listed(&other)?);
+    }
+    Ok(list)
+}
+
 /// A Python environment apart from that of the machine.
-struct Environment {
+pub(super) struct Environment {
     folder: PathBuf,
 }
 
 impl Environment {
     /// Makes one with the packages of a list; one that has them already is used again.
-    fn make(python: &Path, folder: PathBuf, packages: &Path) -> Result<Self> {
+    pub(super) fn make(python: &Path, folder: PathBuf, packages: &Path) -> Result<Self> {
         let environment = Self { folder };
-        let list = fs::read_to_string(packages).map_err(|why| {
-            Failure::new(format!("cannot read {}", packages.display())).because(why)
-        })?;
+        let list = listed(packages)?;
         let stamp = environment.folder.join("packages.txt");
         if fs::read_to_string(&stamp).is_ok_and(|had| had == list) {
             return Ok(environment);
@@ -143,10 +183,15 @@ impl Environment {
     }
 
     fn python(&self) -> Command {
+        Command::new(self.program())
+    }
+
+    /// Its interpreter.
+    pub(super) fn program(&self) -> PathBuf {
         let place = match cfg!(windows) {
             true => "Scripts/python.exe",
             false => "bin/python",
         };
-        Command::new(self.folder.join(place))
+        self.folder.join(place)
     }
 }

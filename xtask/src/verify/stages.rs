@@ -5,14 +5,16 @@ use std::process::Command;
 
 use super::cargo_deny::CargoDeny;
 use super::summary::Outcome;
-use super::{Request, browser, commands, dependencies, fuzz, packed, python};
+use super::{Request, browser, commands, dependencies, fuzz, packed, plant, plant_gateway, python};
+use crate::arm_image::ArmImage;
 use crate::chip::figures::Figures;
 use crate::chip::model::Model;
 use crate::fuzz::{long_form, targets};
 use crate::long::{self, Forms, LongForm};
-use crate::toolchain::{ARM, Toolchain, packages};
+use crate::toolchain::{ARM, ARM_V8, Toolchain, packages};
 use crate::{
-    EMULATED_BOARD, Failure, Result, TARGET, Workspace, chip, count, fw, page, process, qemu, sound,
+    EMULATED_BOARD, EMULATED_M33, Failure, Result, TARGET, Workspace, book, chip, count, fw, page,
+    pico, process, qemu, sound, tmux,
 };
 
 /// A check: reads and adds to the bench.
@@ -29,10 +31,14 @@ pub const ALL: &[(&str, Check)] = &[
     ("packed crates", packed::check),
     ("firmware image", firmware_image),
     ("board image", board_image),
+    ("Pico image", pico_image),
     ("host tests", host_tests),
     ("sound card", sound_card),
+    ("plant records", plant::records),
+    ("plant gateway", plant_gateway::check),
     ("loop with LinuxCNC", linuxcnc_loop),
     ("doc tests", doc_tests),
+    ("book", the_book),
     ("commands of the docs", commands::check),
     ("python", python),
     ("browser page", browser::check),
@@ -44,6 +50,8 @@ pub const ALL: &[(&str, Check)] = &[
     ("instruction counts", instruction_counts),
 ];
 
+/// All tests but those that want databases and a broker, which `plant records` and `plant gateway` run.
+const ELSEWHERE: &str = "not (kind(test) & (package(rarma-fleet) | (package(rarma-cli) & (binary(=fleet) | binary(=gateway)))))";
 /// The page with the table of counts.
 const COUNT_TABLE: &str = "README.md";
 
@@ -157,14 +165,11 @@ fn format(bench: &mut Bench<'_>) -> Result<Outcome> {
 }
 
 fn clippy(bench: &mut Bench<'_>) -> Result<Outcome> {
-    bench.pass_if(&mut bench.cargo(&[
-        "clippy",
-        "--workspace",
-        "--all-targets",
-        "--",
-        "--deny",
-        "warnings",
-    ]))
+    let mut clippy = bench.cargo(&["clippy", "--all-targets"]);
+    clippy
+        .args(process::HOST)
+        .args(["--", "--deny", "warnings"]);
+    bench.pass_if(&mut clippy)
 }
 
 fn docs(bench: &mut Bench<'_>) -> Result<Outcome> {
@@ -203,20 +208,31 @@ fn rooms_without_std(bench: &mut Bench<'_>) -> Result<Outcome> {
 
 fn firmware_image(bench: &mut Bench<'_>) -> Result<Outcome> {
     let toolchain = toolchain_or_skip!(bench);
-    let mut build = fw::command(
-        bench.workspace,
-        toolchain,
-        &fw::Request::build(EMULATED_BOARD),
-    );
+    let request = fw::Request::build(EMULATED_BOARD)?;
+    let mut build = fw::command(bench.workspace, toolchain, &request);
     bench.pass_if(&mut build)?;
-    let mut whole_box = fw::command(bench.workspace, toolchain, &fw::Request::build_box());
+    let mut whole_box = fw::command(bench.workspace, toolchain, &fw::Request::build_box()?);
     let outcome = bench.pass_if(&mut whole_box)?;
-    bench.image = Some(fw::elf_path(
-        bench.workspace,
-        EMULATED_BOARD,
-        EMULATED_BOARD,
-    ));
+    bench.image = Some(fw::elf_path(bench.workspace, request.board, EMULATED_BOARD));
     Ok(outcome)
+}
+
+/// The image for the Raspberry Pi Pico 2, and whether its ROM would start it.
+fn pico_image(bench: &mut Bench<'_>) -> Result<Outcome> {
+    let toolchain = match Toolchain::find_or_make(bench.workspace, ARM_V8) {
+        Ok(toolchain) => toolchain,
+        Err(failure) => return Ok(Outcome::Skipped(failure.to_string())),
+    };
+    let request = fw::Request::build(pico::BOARD)?;
+    bench.pass_if(&mut fw::command(bench.workspace, &toolchain, &request))?;
+    let elf = fw::elf_path(bench.workspace, request.board, pico::BOARD);
+    pico::finish(&elf)?;
+    let image = ArmImage::read(&elf)?;
+    Ok(Outcome::Passed(format!(
+        "{} bytes of flash, {} of static memory",
+        image.flash_bytes(),
+        image.static_bytes()
+    )))
 }
 
 /// The image for the real board; without a model of its chip it is built all the same.
@@ -259,19 +275,20 @@ fn board_figures(bench: &mut Bench<'_>) -> Result<Outcome> {
 
 fn host_tests(bench: &mut Bench<'_>) -> Result<Outcome> {
     let encoder = sound::ensure_encoder();
+    let terminal = tmux::ensure();
     let mut tests = if process::find_program("cargo-nextest").is_some() {
         bench.cargo(&[
             "nextest",
             "run",
-            "--workspace",
             "--cargo-profile",
             "release",
             "--no-fail-fast",
+            "--filterset",
+            ELSEWHERE,
         ])
     } else {
         bench.cargo(&[
             "test",
-            "--workspace",
             "--lib",
             "--bins",
             "--tests",
@@ -279,16 +296,23 @@ fn host_tests(bench: &mut Bench<'_>) -> Result<Outcome> {
             "--no-fail-fast",
         ])
     };
+    tests.args(process::HOST);
     bench.require(&mut tests);
-    match &encoder {
-        Ok(()) => drop(tests.env("RARMA_REQUIRE_FFMPEG", "1")),
-        Err(failure) => eprintln!("{failure}"),
+    for (there, required) in [
+        (&encoder, "RARMA_REQUIRE_FFMPEG"),
+        (&terminal, "RARMA_REQUIRE_TMUX"),
+    ] {
+        match there {
+            Ok(()) => drop(tests.env(required, "1")),
+            Err(failure) => eprintln!("{failure}"),
+        }
     }
     let outcome = bench.pass_if(&mut tests)?;
     let without: Vec<&str> = [
         (bench.image.is_none(), "the emulated chip"),
         (bench.board.is_none(), "the model of the board's chip"),
         (encoder.is_err(), "an encoder of sound"),
+        (terminal.is_err(), "a terminal to look at"),
     ]
     .into_iter()
     .filter_map(|(lacks, what)| lacks.then_some(what))
@@ -307,11 +331,12 @@ fn sound_card(bench: &mut Bench<'_>) -> Result<Outcome> {
     if let Err(failure) = sound::ensure_card_library() {
         return Ok(Outcome::Skipped(failure.to_string()));
     }
-    let with = ["--package", "rarma-cli", "--features", "sound-card"];
+    let with = ["--features", "rarma-cli/sound-card"];
     let mut tests = bench.cargo(&["test", "--release", "--test", "sound_card"]);
-    tests.args(with).env("RARMA_REQUIRE_SOUND_CARD", "1");
-    bench.pass_if(&mut tests)?;
-    let mut clippy = bench.cargo(&["clippy"]);
+    tests.args(process::HOST).args(with);
+    bench.pass_if(tests.env("RARMA_REQUIRE_SOUND_CARD", "1"))?;
+    // The clippy of everything sees the plant's commands; this one sees `rarma` without them.
+    let mut clippy = bench.cargo(&["clippy", "--package", "rarma-cli"]);
     clippy.args(with).args(["--", "--deny", "warnings"]);
     bench.pass_if(&mut clippy)
 }
@@ -361,20 +386,22 @@ fn linuxcnc_loop(bench: &mut Bench<'_>) -> Result<Outcome> {
     let mut tests = bench.cargo(&[
         "test",
         "--release",
-        "--package",
-        "host-tests",
         "--test",
         "act_linuxcnc",
         "--test",
         "act_linuxcnc_faults",
     ]);
-    tests.env("RARMA_REQUIRE_LINUXCNC", "1");
+    tests.args(process::HOST).env("RARMA_REQUIRE_LINUXCNC", "1");
     bench.pass_if(&mut tests)
 }
 
 /// In release like the host tests, whose dependencies are built by now.
 fn doc_tests(bench: &mut Bench<'_>) -> Result<Outcome> {
-    bench.pass_if(&mut bench.cargo(&["test", "--workspace", "--doc", "--release"]))
+    bench.pass_if(
+        bench
+            .cargo(&["test", "--doc", "--release"])
+            .args(process::HOST),
+    )
 }
 
 fn python(bench: &mut Bench<'_>) -> Result<Outcome> {
@@ -391,24 +418,52 @@ fn on_target_tests(bench: &mut Bench<'_>) -> Result<Outcome> {
     let mut tests = fw::command(
         bench.workspace,
         toolchain,
-        &fw::Request::test(EMULATED_BOARD),
+        &fw::Request::test(EMULATED_BOARD)?,
+    );
+    bench.pass_if(&mut tests)?;
+    let toolchain = match Toolchain::find_or_make(bench.workspace, ARM_V8) {
+        Ok(toolchain) => toolchain,
+        Err(failure) => return Ok(Outcome::Partly(format!("not on the Cortex-M33: {failure}"))),
+    };
+    let mut tests = fw::command(
+        bench.workspace,
+        &toolchain,
+        &fw::Request::test(EMULATED_M33)?,
     );
     bench.pass_if(&mut tests)
 }
 
 fn counting_plugin(bench: &mut Bench<'_>) -> Result<Outcome> {
-    let manifest = ["--manifest-path", "tools/m4-cycles/Cargo.toml"];
     for check in [&["clippy", "--quiet"][..], &["test"]] {
-        let mut cargo = bench.cargo(check);
-        cargo
-            .args(manifest)
-            .env("CARGO_TARGET_DIR", bench.workspace.tools_target_dir());
-        if check[0] == "clippy" {
-            cargo.args(["--", "--deny", "warnings"]);
-        }
-        bench.pass_if(&mut cargo)?;
+        tool(bench, "tools/m4-cycles/Cargo.toml", check)?;
     }
     Ok(Outcome::passed())
+}
+
+/// Lints or tests a helper that is a workspace of its own.
+fn tool(bench: &Bench<'_>, manifest: &str, check: &[&str]) -> Result<Outcome> {
+    let mut cargo = bench.cargo(check);
+    cargo
+        .args(["--manifest-path", manifest])
+        .env("CARGO_TARGET_DIR", bench.workspace.tools_target_dir());
+    if check[0] == "clippy" {
+        cargo.args(["--", "--deny", "warnings"]);
+    }
+    bench.pass_if(&mut cargo)
+}
+
+/// The pages of docs as a book with every picture of every command: all are drawn, and every link of
+/// the pages and of the book goes somewhere.
+fn the_book(bench: &mut Bench<'_>) -> Result<Outcome> {
+    let checks: [&[&str]; 2] = [
+        &["clippy", "--quiet", "--all-targets", "--release"],
+        &["test", "--quiet", "--release"],
+    ];
+    for check in checks {
+        tool(bench, book::MANIFEST, check)?;
+    }
+    let book = book::make(bench.workspace, true)?;
+    Ok(Outcome::Passed(book.description))
 }
 
 /// Counts belong to a compiler: another one's are shown, not compared.

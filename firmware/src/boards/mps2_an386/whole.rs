@@ -1,73 +1,26 @@
-//! The whole box on the emulated board: link on the first UART, settings in memory, a sound
-//! made here, and nothing that could be energised.
-//!
-//! There is no enable input, no power stage and no sensor: arming is refused, by name. Time
-//! is the host's, so what is heard in how long says nothing about a chip.
+//! The whole box on the emulated board, a listener: link on the first UART, settings in memory, a
+//! sound made here. Time is the host's, so what is heard in how long says nothing about a chip.
 
 use super::TimerClock;
 use super::memory::{MemoryFlash, SECTOR, SECTORS};
 use super::resonance::{RATE_HZ, Resonance};
 use super::uart::Uart;
-use crate::board::{
-    AdcCode, Block, BoardError, BoardErrorKind, BoxBoard, COILS, Clock, CoilBridge, Contacts,
-    DacCode, Emergency, GAPS, Lights, Origin, Pulse, ResetCause, SensorCodes,
-};
-use crate::current_loop::{CoilOrder, CoilReport, CurrentLoop, MainSide};
+use crate::board::{Block, BoardError, BoardErrorKind, Clock, Listener, ResetCause};
 use core::ops::Range;
 use cortex_m_semihosting::{nr, syscall1};
 use rarma_box::guard::KEPT_BYTES;
-use rarma_rigs::cers::Source;
 
 /// Samples that may lie untaken before they count as lost.
 const RING: u64 = 2048;
 
-/// What this board does not have.
+/// The link has no room.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Absent {
-    /// A power stage, valve or gate.
-    Output,
-    /// A converter.
-    Converter,
-    /// Room in the link.
-    Link,
-}
+pub struct Full;
 
-impl BoardError for Absent {
+impl BoardError for Full {
     fn kind(&self) -> BoardErrorKind {
-        match self {
-            Self::Output => BoardErrorKind::Refused,
-            Self::Converter => BoardErrorKind::Converter,
-            Self::Link => BoardErrorKind::Busy,
-        }
+        BoardErrorKind::Busy
     }
-}
-
-/// No bridges.
-#[derive(Debug)]
-struct NoBridges;
-
-impl CoilBridge for NoBridges {
-    type Error = Absent;
-
-    fn currents(&mut self) -> Result<[AdcCode; COILS], Absent> {
-        Err(Absent::Converter)
-    }
-
-    fn gaps(&mut self) -> [AdcCode; GAPS] {
-        [AdcCode(0); GAPS]
-    }
-
-    fn set_duty(&mut self, _: [f32; COILS]) -> Result<(), Absent> {
-        Err(Absent::Output)
-    }
-
-    fn off(&mut self) {}
-
-    fn broken(&mut self) -> Option<u8> {
-        None
-    }
-
-    fn rearm(&mut self) {}
 }
 
 /// The board.
@@ -76,8 +29,6 @@ pub struct Mps2Box {
     clock: TimerClock,
     uart: Uart,
     sound: Resonance,
-    coils: CurrentLoop,
-    main_side: MainSide,
     flash: MemoryFlash,
     kept: [u8; KEPT_BYTES],
     /// Samples given or lost.
@@ -91,8 +42,6 @@ impl Mps2Box {
             clock: TimerClock::start(),
             uart: Uart::start(),
             sound: Resonance::new(),
-            coils: CurrentLoop::new(),
-            main_side: MainSide::default(),
             flash: MemoryFlash::default(),
             kept: [0; KEPT_BYTES],
             taken: 0,
@@ -100,31 +49,22 @@ impl Mps2Box {
     }
 }
 
-impl Emergency for Mps2Box {
-    fn drop_outputs(&mut self) {}
+impl Listener for Mps2Box {
+    type Error = Full;
+    type Flash = MemoryFlash;
+
+    const NAME: &'static str = "mps2-an386";
+    const SAMPLE_RATE_HZ: f64 = RATE_HZ as f64;
 
     fn now_us(&mut self) -> u64 {
         self.clock.now_us()
     }
 
-    fn keep(&mut self, bytes: &[u8; KEPT_BYTES]) {
-        self.kept = *bytes;
-    }
-}
-
-impl BoxBoard for Mps2Box {
-    type Error = Absent;
-    type Flash = MemoryFlash;
-
-    const NAME: &'static str = "mps2-an386";
-    const SAMPLE_RATE_HZ: f64 = RATE_HZ as f64;
-    const LOOP_RATE_HZ: f64 = 1000.0;
-
     fn wait(&mut self) {
         self.uart.drain();
     }
 
-    fn samples(&mut self, block: &mut [f32]) -> Result<Block, Absent> {
+    fn samples(&mut self, block: &mut [f32]) -> Result<Block, Full> {
         let due = self.now_us() * RATE_HZ as u64 / 1_000_000;
         let missing = (due - self.taken).saturating_sub(RING);
         self.taken += missing;
@@ -139,51 +79,20 @@ impl BoxBoard for Mps2Box {
         })
     }
 
-    fn pulse(&mut self) -> Option<Pulse> {
-        None
+    fn receive(&mut self, bytes: &mut [u8]) -> Result<usize, Full> {
+        Ok(self.uart.receive(bytes))
     }
 
-    fn coils(&mut self, order: &CoilOrder) -> CoilReport {
-        let report = self.main_side.exchange(&mut self.coils, order);
-        self.coils.period(&mut NoBridges);
-        report.unwrap_or_default()
-    }
-
-    fn excite(&mut self, signal: &Source) {
-        self.coils.excite(signal);
-    }
-
-    fn sensors(&mut self) -> Result<SensorCodes, Absent> {
-        Err(Absent::Converter)
-    }
-
-    fn valve(&mut self, _: DacCode) -> Result<(), Absent> {
-        Err(Absent::Output)
-    }
-
-    fn contacts(&mut self) -> Contacts {
-        Contacts {
-            enable: false,
-            stop_chain: true,
+    fn send(&mut self, frame: &[u8]) -> Result<(), Full> {
+        if self.uart.send(frame) {
+            Ok(())
+        } else {
+            Err(Full)
         }
     }
 
-    fn energise(&mut self) -> Result<(), Absent> {
-        Err(Absent::Output)
-    }
-
-    fn energised(&mut self) -> bool {
-        false
-    }
-
-    fn feed_watchdog(&mut self) {}
-
-    fn reset_cause(&mut self) -> ResetCause {
-        ResetCause::PowerOn
-    }
-
-    fn kept(&mut self) -> [u8; KEPT_BYTES] {
-        self.kept
+    fn flash(&mut self) -> (&mut MemoryFlash, Range<u32>) {
+        (&mut self.flash, 0..(SECTOR * SECTORS) as u32)
     }
 
     /// The host's clock in whole seconds, and this board's: not the same in two runs that
@@ -195,26 +104,17 @@ impl BoxBoard for Mps2Box {
         (seconds << 8) ^ self.now_us() as u32
     }
 
-    fn flash(&mut self) -> (&mut MemoryFlash, Range<u32>) {
-        (&mut self.flash, 0..(SECTOR * SECTORS) as u32)
+    fn keep(&mut self, bytes: &[u8; KEPT_BYTES]) {
+        self.kept = *bytes;
     }
 
-    fn receive(&mut self, bytes: &mut [u8]) -> Result<usize, Absent> {
-        Ok(self.uart.receive(bytes))
+    fn kept(&mut self) -> [u8; KEPT_BYTES] {
+        self.kept
     }
 
-    /// The emulator's UART, wherever that is led to: nothing can be energised.
-    fn origin(&mut self) -> Origin {
-        Origin::OwnPort
+    fn reset_cause(&mut self) -> ResetCause {
+        ResetCause::PowerOn
     }
 
-    fn send(&mut self, frame: &[u8]) -> Result<(), Absent> {
-        if self.uart.send(frame) {
-            Ok(())
-        } else {
-            Err(Absent::Link)
-        }
-    }
-
-    fn lights(&mut self, _: Lights) {}
+    fn feed_watchdog(&mut self) {}
 }

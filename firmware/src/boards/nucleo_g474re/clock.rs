@@ -66,21 +66,28 @@ pub(super) fn now() -> u64 {
     })
 }
 
-/// Sleeps until a moment, or until any interrupt before it.
+/// Sleeps until a moment at most 13 s away. Interrupts before it are served, and the core sleeps on: the
+/// current loop's comes every period and is nothing for the main side.
 pub(super) fn sleep_until(moment: u64) {
+    let moment = moment as u32;
     critical_section::with(|_| {
-        TIM2.ccr(0).write_value(moment as u32);
+        TIM2.ccr(0).write_value(moment);
         TIM2.sr().write(|w| {
             w.0 = EVERY_FLAG;
             w.set_ccif(0, false);
         });
         TIM2.dier().modify(|w| w.set_ccie(0, true));
-        // An interrupt that comes from here on is pending, and ends the sleep at once.
-        if now() < moment {
+    });
+    // Between the look and the sleep nothing is served: an interrupt that comes there is pending, and
+    // ends the sleep at once.
+    while critical_section::with(|_| {
+        let ahead = moment.wrapping_sub(TIM2.cnt().read()) as i32 > 0;
+        if ahead {
             cortex_m::asm::wfi();
         }
-        TIM2.dier().modify(|w| w.set_ccie(0, false));
-    });
+        ahead
+    }) {}
+    critical_section::with(|_| TIM2.dier().modify(|w| w.set_ccie(0, false)));
 }
 
 /// Microseconds since start-up.

@@ -8,7 +8,8 @@ pub mod timing;
 #[macro_use]
 pub mod wiring;
 
-// One attribute each: the formatter does not look into a macro.
+// Unsafe, for they reach the chip's registers and its flash, and memory that interrupts or a reset share
+// with them. One attribute each: the formatter does not look into a macro.
 #[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
 #[allow(unsafe_code)]
 mod bridges;

@@ -2,12 +2,13 @@
 //!
 //! Each trigger makes one conversion; the converters' oversamplers add up eight to a
 //! sample of 15 bits. No interrupt is taken for a sample: how many there are follows from
-//! the clock and the DMA's place ([`timing::written`]), so that a lost one is counted and a
+//! the clock and the DMA's place ([`ring::written`]), so that a lost one is counted and a
 //! converter that stops is noticed.
 
-use super::timing::{self, OVERSAMPLING, TICKS_PER_TRIGGER};
+use super::timing::{OVERSAMPLING, TICKS_PER_SAMPLE, TICKS_PER_TRIGGER};
 use super::{clock, scaling};
 use crate::board::Block;
+use crate::boards::ring;
 use core::cell::UnsafeCell;
 use embassy_stm32::adc::{
     Adc, AdcChannel, AdcConfig, Dmacfg, Dmaen, Exten, RegularTrigger, Rovsm, RxDma, SampleTime,
@@ -126,7 +127,12 @@ impl Microphones {
         let channel = usize::from(self.second);
         let left = usize::from(DMA1.ch(channel).ndtr().read().ndt());
         let place = (RING - left) % RING;
-        timing::written(elapsed, place as u32, RING as u32).ok_or(Stopped)
+        ring::written(
+            elapsed / u64::from(TICKS_PER_SAMPLE),
+            place as u32,
+            RING as u32,
+        )
+        .ok_or(Stopped)
     }
 
     /// Which microphone is taken from now on.
@@ -138,13 +144,13 @@ impl Microphones {
     /// [`BoxBoard::samples`](crate::board::BoxBoard::samples).
     pub(super) fn take(&mut self, block: &mut [f32]) -> Result<Block, Stopped> {
         let written = self.written()?;
-        let window = timing::window(self.taken, written, RING as u32);
+        let window = ring::window(self.taken, written, RING as u32);
         let there = usize::try_from(written - window.from).unwrap_or(RING);
         let samples = block.len().min(there);
         let [first, second] = &RINGS;
-        let ring = if self.second { second } else { first };
+        let chosen = if self.second { second } else { first };
         for (place, number) in block.iter_mut().zip(window.from..written) {
-            *place = scaling::microphone(ring.sample(number));
+            *place = scaling::microphone(chosen.sample(number));
         }
         self.taken = window.from + samples as u64;
         Ok(Block {

@@ -102,11 +102,7 @@ impl BoxBoard for Nucleo {
 
     fn wait(&mut self) {
         self.link.pump();
-        let until = clock::now() + SLEEP;
-        // The current loop's interrupt ends a sleep, but is nothing for the main side.
-        while clock::now() < until {
-            clock::sleep_until(until);
-        }
+        clock::sleep_until(clock::now() + SLEEP);
     }
 
     fn samples(&mut self, block: &mut [f32]) -> Result<Block, NucleoError> {

@@ -28,70 +28,12 @@ const _: () = {
     assert!(TICKS_PER_SAMPLE * SAMPLE_HZ == TICK_HZ);
 };
 
-/// How far the DMA's place may be from where the clock expects it, samples: conversion
-/// and transfer take less than one, reading the two registers less than another.
-pub const PLACE_TOLERANCE: i64 = 4;
-
 /// Microseconds in a number of ticks: `ticks / 163.2`, rounded down, without overflow for
 /// 358 years.
 #[must_use]
 pub fn microseconds(ticks: u64) -> u64 {
     // 163.2 = 816 / 5.
     ticks / 816 * 5 + ticks % 816 * 5 / 816
-}
-
-/// Samples written since sampling began, from the clock and the DMA's place in its ring.
-///
-/// The clock says about how many there are, the place in the ring says exactly which, the
-/// rings before it left out. None if the two are more than [`PLACE_TOLERANCE`] apart: the
-/// converter or the DMA has stopped.
-///
-/// * `elapsed`: ticks since sampling began.
-/// * `place`: index that is written next, `< ring`.
-/// * `ring`: length of the ring, a power of two.
-#[must_use]
-pub fn written(elapsed: u64, place: u32, ring: u32) -> Option<u64> {
-    let expected = (elapsed / u64::from(TICKS_PER_SAMPLE)) as i64;
-    let ahead = (i64::from(place) - expected) & i64::from(ring - 1);
-    let half = i64::from(ring / 2);
-    let ahead = if ahead >= half {
-        ahead - i64::from(ring)
-    } else {
-        ahead
-    };
-    if ahead.abs() > PLACE_TOLERANCE {
-        return None;
-    }
-    u64::try_from(expected + ahead).ok()
-}
-
-/// Which samples to take next.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Window {
-    /// Number of the first sample to take.
-    pub from: u64,
-    /// Samples that were overwritten before they were taken.
-    pub missing: u32,
-}
-
-/// Where to go on, when `taken` samples have been taken and `written` written.
-///
-/// A ring that has been written past is entered again in its middle: what lies there is
-/// still whole when it is read.
-#[must_use]
-pub fn window(taken: u64, written: u64, ring: u32) -> Window {
-    let guard = u64::from(ring) - u64::from(ring / 8);
-    if written.saturating_sub(taken) <= guard {
-        return Window {
-            from: taken,
-            missing: 0,
-        };
-    }
-    let from = written - u64::from(ring / 2);
-    Window {
-        from,
-        missing: u32::try_from(from - taken).unwrap_or(u32::MAX),
-    }
 }
 
 /// A capture of the 32-bit counter as ticks since start-up: the latest moment not after
@@ -140,17 +82,16 @@ pub const fn ticks_up(ns: u32) -> u32 {
 #[inline]
 #[must_use]
 pub fn compare(duty: f32) -> u16 {
-    let most = f32::from(PWM_TOP) * (1.0 - LOWER_SHARE);
-    let value = f32::from(PWM_TOP) * 0.5 * (1.0 + duty) + 0.5;
+    const HALF: f32 = PWM_TOP as f32 * 0.5;
+    const MOST: u16 = (PWM_TOP as f32 * (1.0 - LOWER_SHARE)) as u16;
     // A float cast saturates, and takes NaN for 0.
-    (if value > most { most } else { value }) as u16
+    ((HALF * duty + (HALF + 0.5)) as u16).min(MOST)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const RING: u32 = 2048;
     const PERIOD: u64 = TICKS_PER_SAMPLE as u64;
 
     #[test]
@@ -166,55 +107,6 @@ mod tests {
             assert!(us >= last);
             last = us;
         }
-    }
-
-    #[test]
-    fn place_and_clock_give_the_count_across_many_rings() {
-        for true_count in [0u64, 1, 2047, 2048, 2049, 1_000_000, 48_000 * 86_400 * 365] {
-            let place = (true_count % u64::from(RING)) as u32;
-            for early in [-1i64, 0, 1, 3] {
-                let elapsed = (true_count as i64 + early).max(0) as u64 * PERIOD + 17;
-                assert_eq!(
-                    written(elapsed, place, RING),
-                    Some(true_count),
-                    "{true_count} {early}"
-                );
-            }
-        }
-    }
-
-    #[test]
-    fn a_place_that_stands_still_is_noticed() {
-        let stopped = written(100 * PERIOD, 100, RING);
-        assert_eq!(stopped, Some(100));
-        assert_eq!(written(104 * PERIOD, 100, RING), Some(100));
-        assert_eq!(written(105 * PERIOD, 100, RING), None);
-        assert_eq!(written(95 * PERIOD, 100, RING), None);
-        assert_eq!(
-            written(0, 2047, RING),
-            None,
-            "before the first sample there is none"
-        );
-    }
-
-    #[test]
-    fn an_overwritten_ring_is_entered_in_its_middle() {
-        assert_eq!(
-            window(1000, 1256, RING),
-            Window {
-                from: 1000,
-                missing: 0
-            }
-        );
-        let late = window(1000, 1000 + 1793, RING);
-        assert_eq!(
-            late,
-            Window {
-                from: 1769,
-                missing: 769
-            }
-        );
-        assert_eq!(window(0, 1 << 40, RING).missing, u32::MAX);
     }
 
     #[test]

@@ -13,7 +13,8 @@ const SLICES: usize = 24;
 ///
 /// The linear equation: every tooth in the arc cuts, runout and edge forces do
 /// not matter to a small disturbance. Equal teeth: the period is that of a
-/// tooth; unequal pitch: a revolution, delays rounded to whole steps.
+/// tooth; unequal pitch: a revolution, delays rounded to whole steps. A speed that
+/// swings: the common period of its swings and of that.
 ///
 /// # Errors
 /// As [`MillingConfig::validate`]; `OutOfRange` without modes, at a depth that is
@@ -23,6 +24,9 @@ pub fn milling_delay(
     depth_m: f64,
     steps_per_period: f64,
 ) -> Result<DelaySystem, PlantError> {
+    if let Some(variation) = config.variation.filter(|v| v.amplitude > 0.0) {
+        return super::varied::milling(config, variation, depth_m, steps_per_period);
+    }
     config.validate()?;
     non_negative(depth_m, "depth_m")?;
     positive(steps_per_period, "steps_per_period")?;
@@ -43,21 +47,25 @@ pub fn milling_delay(
     let laws: Vec<StepLaw> = (0..steps)
         .map(|k| law(config, depth_m, k as f64 * step_rad, step_rad, &teeth))
         .collect();
+    DelaySystem::new(seen(config), period_s, &laws)
+}
+
+/// The modes as the cut sees them.
+pub(super) fn seen(config: &MillingConfig) -> Vec<Seen> {
     let ahead = config.feed_ahead_m_per_rad();
-    let seen = shapes
-        .iter()
+    let shapes = config.shaped_modes().into_iter();
+    shapes
         .map(|s| Seen {
             mode: s.mode,
             input: [s.x, s.y, s.turn_rad_per_m],
             chip: [s.x - ahead * s.turn_rad_per_m, s.y],
             motion: [s.x, s.y],
         })
-        .collect();
-    DelaySystem::new(seen, period_s, &laws)
+        .collect()
 }
 
 /// Angle by which each tooth trails tooth 0, and its delay in steps.
-fn teeth(config: &MillingConfig, step_rad: f64) -> Vec<(f64, usize)> {
+pub(super) fn teeth(config: &MillingConfig, step_rad: f64) -> Vec<(f64, usize)> {
     let n = config.teeth;
     let pitch = |j: usize| config.pitch_rad.get(j).copied().unwrap_or(TAU / n as f64);
     let mut trail = 0.0;
@@ -72,7 +80,7 @@ fn teeth(config: &MillingConfig, step_rad: f64) -> Vec<(f64, usize)> {
 }
 
 /// Means over the step from angle `from` of tooth 0.
-fn law(
+pub(super) fn law(
     config: &MillingConfig,
     depth_m: f64,
     from: f64,

@@ -25,18 +25,23 @@ mod milling;
 mod roots;
 mod step;
 mod turning;
+mod varied;
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod varied_tests;
 
 pub use limit::{Border, DepthSearch, limit, limit_by};
 pub use milling::milling_delay;
 pub use roots::{Crossing, Root};
 pub use turning::{turning_delay, turning_roots};
+pub use varied::MOST_VARIED_STEPS;
 
 use super::error::{PlantError, require};
 use super::modal::Mode;
 use step::StepMap;
+use varied::Swinging;
 
 /// Steps of a period at most.
 pub const MOST_STEPS: usize = 100_000;
@@ -92,6 +97,8 @@ pub struct DelaySystem {
     history: usize,
     /// Displacements are carried times this, so that they weigh like velocities.
     scale: f64,
+    /// The steps, instead of `maps`, where the spindle speed swings.
+    swinging: Option<Swinging>,
 }
 
 impl DelaySystem {
@@ -120,6 +127,7 @@ impl DelaySystem {
             period_s,
             history,
             scale,
+            swinging: None,
         })
     }
 
@@ -132,7 +140,9 @@ impl DelaySystem {
     /// Steps in one period.
     #[must_use]
     pub fn steps(&self) -> usize {
-        self.maps.len()
+        self.swinging
+            .as_ref()
+            .map_or(self.maps.len(), Swinging::steps)
     }
 
     /// Length of the state that the monodromy map acts on.
@@ -157,16 +167,23 @@ impl DelaySystem {
         let (n, back) = (2 * self.seen.len(), self.history);
         let mut state = from[..n].to_vec();
         let mut next = vec![0.0; n];
-        let mut past: Vec<[f64; RESPONSES]> = Vec::with_capacity(back + self.maps.len() + 1);
+        let steps = self.steps();
+        let mut past: Vec<[f64; RESPONSES]> = Vec::with_capacity(back + steps + 1);
         past.extend(from[n..].chunks_exact(RESPONSES).map(|c| [c[0], c[1]]));
         past.push(self.response(&state));
-        for (k, map) in self.maps.iter().enumerate() {
+        for k in 0..steps {
             watch(k, past[back + k]);
-            map.apply(&state, &past, back + k, &mut next);
+            match &self.swinging {
+                None => self.maps[k].apply(&state, &past, back + k, &mut next),
+                Some(swinging) => {
+                    let (a, b, part) = swinging.around(k);
+                    a.apply_between(b, part, &state, &past, back + k, &mut next);
+                }
+            }
             core::mem::swap(&mut state, &mut next);
             past.push(self.response(&state));
         }
-        let kept = &past[self.maps.len()..self.maps.len() + back];
+        let kept = &past[steps..steps + back];
         state.extend(kept.iter().flatten());
         state
     }

@@ -3,6 +3,7 @@
 use super::{DelaySystem, RESPONSES, krylov};
 use core::f64::consts::{PI, TAU};
 use nalgebra::Complex;
+use realfft::RealFftPlanner;
 
 /// How a cut loses its stability.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,7 +52,8 @@ pub struct Root {
     /// The Floquet multiplier (real, imaginary ≥ 0).
     pub multiplier: (f64, f64),
     /// Share of the motion's power in the strongest component, 0 to 1; the rest
-    /// lies at that frequency plus or minus multiples of 1/T.
+    /// lies at that frequency plus or minus multiples of 1/T. Where the speed swings
+    /// that is little: the frequency swings a little with it.
     pub purity: f64,
 }
 
@@ -61,9 +63,67 @@ pub(super) fn of(system: &DelaySystem, wanted: usize) -> Vec<Root> {
         .filter_map(|i| {
             let value = found.values[i];
             let (re, im) = found.vector(i)?;
-            (value.norm() > 0.0).then(|| root(system, value, &re, &im))
+            (value.norm() > 0.0).then(|| match &system.swinging {
+                None => root(system, value, &re, &im),
+                Some(swinging) => swinging_root(system, &swinging.times_s, value, &re),
+            })
         })
         .collect()
+}
+
+/// The root where steps are not alike in length, its frequency from the spectrum of the
+/// motion over time. A period is long there: its growth need not be known from the phase.
+fn swinging_root(
+    system: &DelaySystem,
+    times_s: &[f64],
+    value: Complex<f64>,
+    vector: &[f64],
+) -> Root {
+    let growth = value.norm().ln() / system.period_s;
+    let mut motion = Vec::with_capacity(times_s.len());
+    system.advance(vector, |k, r| {
+        let back = (-growth * times_s[k]).exp();
+        motion.push(r.map(|x| x * back));
+    });
+    // Evenly in time: twice as many points as steps, and straight lines between.
+    let n = (2 * motion.len()).next_power_of_two();
+    let mut powers = vec![0.0; n / 2 + 1];
+    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(n);
+    for axis in 0..RESPONSES {
+        let mut even = transform.make_input_vec();
+        let mut step = 0;
+        for (i, x) in even.iter_mut().enumerate() {
+            let t = system.period_s * i as f64 / n as f64;
+            while step + 2 < times_s.len() && times_s[step + 1] <= t {
+                step += 1;
+            }
+            let (t0, t1) = (times_s[step], times_s[step + 1]);
+            let part = ((t - t0) / (t1 - t0)).min(1.0);
+            let (a, b) = (motion[step][axis], motion[step + 1][axis]);
+            let window = 0.5 * (1.0 - (TAU * i as f64 / n as f64).cos());
+            *x = window * (a + part * (b - a));
+        }
+        let mut lines = transform.make_output_vec();
+        if transform.process(&mut even, &mut lines).is_ok() {
+            for (p, line) in powers.iter_mut().zip(&lines) {
+                *p += line.norm_sqr();
+            }
+        }
+    }
+    let total: f64 = powers.iter().sum();
+    let best = (0..powers.len())
+        .max_by(|a, b| powers[*a].total_cmp(&powers[*b]))
+        .unwrap_or(0);
+    let near = powers[best.saturating_sub(1)..powers.len().min(best + 2)].iter();
+    let w = TAU * best as f64 / system.period_s;
+    let size = growth.hypot(w).max(f64::MIN_POSITIVE);
+    Root {
+        f_hz: size / TAU,
+        zeta: -growth / size,
+        growth_per_s: growth,
+        multiplier: (value.re, value.im.abs()),
+        purity: (near.sum::<f64>() / total.max(f64::MIN_POSITIVE)).min(1.0),
+    }
 }
 
 fn root(system: &DelaySystem, value: Complex<f64>, re: &[f64], im: &[f64]) -> Root {

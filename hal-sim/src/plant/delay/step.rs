@@ -155,6 +155,50 @@ impl StepMap {
     }
 }
 
+impl StepMap {
+    /// [`Self::apply`] of the straight line from this step to another at `part` of the
+    /// way; both have the same delays.
+    pub(super) fn apply_between(
+        &self,
+        other: &Self,
+        part: f64,
+        state: &[f64],
+        past: &[[f64; RESPONSES]],
+        now: usize,
+        next: &mut [f64],
+    ) {
+        let forces = |map: &Self| {
+            let (mut f0, mut f1) = ([0.0; CHANNELS], [0.0; CHANNELS]);
+            for (lag, k) in &map.delayed {
+                let (r0, r1) = (past[now - lag], past[now + 1 - lag]);
+                for c in 0..CHANNELS {
+                    f0[c] += k[c][0] * r0[0] + k[c][1] * r0[1];
+                    f1[c] += k[c][0] * r1[0] + k[c][1] * r1[1];
+                }
+            }
+            (f0, f1)
+        };
+        // The cut of a phase is the same at every length of its step.
+        let (f0, f1) = forces(self);
+        let n = self.n;
+        for (i, out) in next.iter_mut().enumerate() {
+            let rows = self.p[i * n..(i + 1) * n]
+                .iter()
+                .zip(&other.p[i * n..(i + 1) * n]);
+            let (mut one, mut two) = (0.0, 0.0);
+            for ((p, q), x) in rows.zip(state) {
+                one += p * x;
+                two += q * x;
+            }
+            for c in 0..CHANNELS {
+                one += self.g0[i][c] * f0[c] + self.g1[i][c] * f1[c];
+                two += other.g0[i][c] * f0[c] + other.g1[i][c] * f1[c];
+            }
+            *out = one + part * (two - one);
+        }
+    }
+}
+
 fn identity(n: usize) -> Vec<f64> {
     let mut m = vec![0.0; n * n];
     for i in 0..n {

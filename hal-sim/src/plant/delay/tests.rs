@@ -13,6 +13,7 @@ const MODE: Mode = Mode::from_stiffness(980.0, 0.02, 11.8e6);
 fn lathe(rpm: f64) -> TurningConfig {
     TurningConfig {
         spindle_hz: rpm / 60.0,
+        variation: None,
         feed_m: 0.0,
         ks_n_per_m2: 2e9,
         edge_n_per_m: 0.0,

@@ -10,7 +10,7 @@ use nalgebra::Complex;
 /// period of the fastest mode.
 ///
 /// One delay of one revolution and constant coefficients: the "period" is the
-/// delay itself.
+/// delay itself; of a speed that swings its own period.
 ///
 /// # Errors
 /// As [`TurningConfig::validate`]; `OutOfRange` without modes, at a width that is
@@ -20,6 +20,9 @@ pub fn turning_delay(
     width_m: f64,
     steps_per_period: f64,
 ) -> Result<DelaySystem, PlantError> {
+    if let Some(variation) = config.variation.filter(|v| v.amplitude > 0.0) {
+        return super::varied::turning(config, variation, width_m, steps_per_period);
+    }
     config.validate()?;
     non_negative(width_m, "width_m")?;
     positive(steps_per_period, "steps_per_period")?;
@@ -28,25 +31,33 @@ pub fn turning_delay(
         .ceil()
         .max(40.0) as usize;
     too_many(steps, config.modes.len(), "spindle_hz")?;
+    let law = law(config, width_m, config.spindle_hz, steps);
+    DelaySystem::new(seen(config), 1.0 / config.spindle_hz, &vec![law; steps])
+}
+
+/// The cut at a speed, Hz, with the delay in steps.
+pub(super) fn law(config: &TurningConfig, width_m: f64, spindle_hz: f64, delay: usize) -> StepLaw {
     let rub = config
         .process_damping
-        .map_or(0.0, |p| p.per_speed(config.spindle_hz));
+        .map_or(0.0, |p| p.per_speed(spindle_hz));
     let along_x = |value: f64| [[value, 0.0], [0.0; 2], [0.0; 2]];
-    let law = StepLaw {
-        regeneration: vec![(steps, along_x(config.ks_n_per_m2 * width_m))],
+    StepLaw {
+        regeneration: vec![(delay, along_x(config.ks_n_per_m2 * width_m))],
         rubbing: along_x(rub * width_m),
-    };
-    let seen = config
-        .modes
-        .iter()
+    }
+}
+
+/// The modes as the cut sees them.
+pub(super) fn seen(config: &TurningConfig) -> Vec<Seen> {
+    let modes = config.modes.iter();
+    modes
         .map(|mode| Seen {
             mode: *mode,
             input: [1.0, 0.0, 0.0],
             chip: [1.0, 0.0],
             motion: [1.0, 0.0],
         })
-        .collect();
-    DelaySystem::new(seen, 1.0 / config.spindle_hz, &vec![law; steps])
+        .collect()
 }
 
 /// Starts of Newton's method in the distance of two roots, 1/T.
@@ -61,7 +72,8 @@ const MOST_STARTS: usize = 120_000;
 /// 1 + b·\[Ks·(1 - e^(-sT)) + s·C/V\]·G(s) = 0 with G = Σ 1/(m(s² + 2ζωs + ω²)),
 /// which Newton's method solves from starts all along the frequencies up to twice
 /// the highest mode. Where a revolution holds hundreds of vibrations this is
-/// thousands of times faster than [`turning_delay`], and it has no step.
+/// thousands of times faster than [`turning_delay`], and it has no step. A speed that
+/// swings is taken for its mean.
 ///
 /// # Errors
 /// As [`turning_delay`].

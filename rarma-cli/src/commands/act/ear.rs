@@ -23,7 +23,7 @@ impl Ear {
                     *f = mode.f;
                 }
             }
-            News::Line(_) | News::None | News::Histogram(_) => {}
+            News::Line(_) | News::None | News::Histogram(_) | News::Notice(_) => {}
         }
         self.chatter_hz
     }

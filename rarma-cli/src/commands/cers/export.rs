@@ -2,12 +2,12 @@
 
 use super::{Answer, sensor_name};
 use crate::args::{KindArg, ReadingArgs};
-use crate::cers::response::{Response, Sensor};
 use crate::failure::Failure;
-use crate::input::{Plane, Role, write_uff};
 use crate::output;
+use rarma_recordings::input::{Plane, Role, write_uff};
 use rarma_rigs::cers::Quantity;
 use rarma_rigs::els::{Complex, Receptance};
+use rarma_scenarios::cers::response::{Response, Sensor};
 use serde_json::json;
 use std::fmt::Write as _;
 

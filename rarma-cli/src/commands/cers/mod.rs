@@ -7,13 +7,13 @@ mod words;
 
 use super::els::{notices, out};
 use crate::args::{CersCommand, CersRunArgs, OutArgs, ReadingArgs};
-use crate::cers::CersRecord;
-use crate::cers::measure::measured;
-use crate::cers::modes::{Modes, modes};
-use crate::cers::response::{Response, Sensor, cleaned, response};
-use crate::cers::sweep::{Sweep, sweep};
 use crate::failure::Failure;
-use crate::scenario::{SHIPPED_CERS, cers_schema, load_cers, parse_cers, read_cers};
+use rarma_scenarios::cers::CersRecord;
+use rarma_scenarios::cers::modes::{Modes, modes};
+use rarma_scenarios::cers::response::{Response, Sensor, cleaned, response};
+use rarma_scenarios::cers::sweep::{Sweep, sweep};
+use rarma_scenarios::measure::measured;
+use rarma_scenarios::scenario::{SHIPPED_CERS, cers_schema, load_cers, parse_cers, read_cers};
 use serde::Serialize;
 
 /// A response in the JSON.
@@ -193,7 +193,7 @@ fn sensor_name(sensor: Sensor) -> &'static str {
 }
 
 fn line(r: &Response) -> ResponseLine {
-    let median = |of: &dyn Fn(&crate::cers::response::Line) -> f64| {
+    let median = |of: &dyn Fn(&rarma_scenarios::cers::response::Line) -> f64| {
         let mut all: Vec<f64> = r.lines.iter().map(of).filter(|x| x.is_finite()).collect();
         all.sort_by(f64::total_cmp);
         all.get(all.len() / 2).copied().unwrap_or(f64::NAN)

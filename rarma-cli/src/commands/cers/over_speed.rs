@@ -1,12 +1,12 @@
 //! Pictures of a record over the speed: the waterfall and the tracks.
 
-use crate::cers::CersRecord;
-use crate::cers::response::Cleaned;
-use crate::cers::sweep::{Point, Track};
 use crate::commands::els::pictures::above;
-use crate::report::chart::{Chart, Mark, Scale, Series};
-use crate::report::map::Map;
 use rarma_fit::welch_density;
+use rarma_pictures::Map;
+use rarma_pictures::{Chart, Mark, Scale, Series};
+use rarma_scenarios::cers::CersRecord;
+use rarma_scenarios::cers::response::Cleaned;
+use rarma_scenarios::cers::sweep::{Point, Track};
 
 /// Columns and rows of the waterfall, and its top, Hz.
 const COLUMNS: usize = 240;

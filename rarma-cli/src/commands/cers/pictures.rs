@@ -3,13 +3,13 @@
 use super::export::quantity;
 use super::{Answer, over_speed, sensor_name};
 use crate::args::KindArg;
-use crate::cers::CersRecord;
-use crate::cers::modes::{curve_of, direct};
-use crate::cers::response::{Cleaned, Response, Sensor};
-use crate::report::chart::{Chart, Mark, Scale, Series, table};
-use crate::report::palette;
+use rarma_pictures::palette;
+use rarma_pictures::{Chart, Mark, Scale, Series, table};
 use rarma_rigs::cers::Quantity;
 use rarma_rigs::els::Complex;
+use rarma_scenarios::cers::CersRecord;
+use rarma_scenarios::cers::modes::{curve_of, direct};
+use rarma_scenarios::cers::response::{Cleaned, Response, Sensor};
 
 /// The page of one record.
 pub(super) fn page(
@@ -221,20 +221,22 @@ fn phase(responses: &[Response], kind: KindArg) -> String {
 
 fn coherence(responses: &[Response]) -> String {
     let (low, high) = ends(responses);
-    let chart =
-        |title: &str, y: Scale, of: fn(&crate::cers::response::Line) -> f64, caption: &str| {
-            Chart {
-                title: title.to_owned(),
-                x: Scale::linear("frequency (Hz)", low, high),
-                y,
-                height: 160.0,
-                series: series(responses, |r| {
-                    r.lines.iter().map(|l| (l.f_hz, of(l))).collect()
-                }),
-                caption: caption.to_owned(),
-            }
-            .figure()
-        };
+    let chart = |title: &str,
+                 y: Scale,
+                 of: fn(&rarma_scenarios::cers::response::Line) -> f64,
+                 caption: &str| {
+        Chart {
+            title: title.to_owned(),
+            x: Scale::linear("frequency (Hz)", low, high),
+            y,
+            height: 160.0,
+            series: series(responses, |r| {
+                r.lines.iter().map(|l| (l.f_hz, of(l))).collect()
+            }),
+            caption: caption.to_owned(),
+        }
+        .figure()
+    };
     chart(
         "Coherence of force and displacement",
         Scale::linear("γ²", 0.0, 1.0),

@@ -12,10 +12,10 @@ use super::psd;
 use super::show;
 use crate::args::{ChannelSet, IdentifyArgs};
 use crate::failure::Failure;
-use crate::input::{self, ReadOptions, Recording};
 use crate::report::sheet_told;
 #[cfg(feature = "channels")]
 use fit::fit;
+use rarma_recordings::input::{self, ReadOptions, Recording};
 
 /// What is fitted.
 struct Job {

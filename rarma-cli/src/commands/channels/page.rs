@@ -2,7 +2,7 @@
 
 use super::record::{ChannelModeRecord, Channels};
 use crate::commands::model_pictures::{BAR, DiagramPole, diagram};
-use crate::report::chart::{Chart, Mark, Scale, Series, sheet, table};
+use rarma_pictures::{Chart, Mark, Scale, Series, sheet, table};
 
 /// What the marks of the diagram mean.
 const STABLE: &str = "Stable: within 1 % in frequency, 5 % in damping and 0.95 in the likeness of \

@@ -1,12 +1,12 @@
 //! What is said to a box and what comes back: numbered, sealed, waited for; and heartbeats.
 
 use crate::failure::Failure;
-use crate::frames::FrameReader;
 use crate::output::RecordFile;
 use crate::port::Port;
 use rarma_box::guard::Severity;
 use rarma_box::settings::{LINK_KEY, SettingValue};
 use rarma_box::wire::{Answer, Command, Head, LinkKey, MAX_FRAME, Refused, Speaker, Telemetry};
+use rarma_recordings::FrameReader;
 use std::time::{Duration, Instant};
 
 const HEARTBEAT: Duration = Duration::from_millis(100);
@@ -19,6 +19,8 @@ pub(super) struct Talk {
     pub record: Option<RecordFile>,
     pub speaker: Speaker,
     waiting: Vec<(u32, Command, Instant)>,
+    /// Numbers of what nobody has typed.
+    own: Vec<u32>,
     beats: Beats,
     next_beat: Instant,
     /// What there is to tell whoever looks on.
@@ -43,6 +45,7 @@ impl Talk {
             record,
             speaker: Speaker::new(rand::random(), key),
             waiting: Vec::new(),
+            own: Vec::new(),
             beats: Beats::No,
             next_beat: Instant::now(),
             news: Vec::new(),
@@ -52,6 +55,11 @@ impl Talk {
     /// Ends whatever half frame the line still holds.
     pub fn end_frame(&mut self) -> Result<(), Failure> {
         self.port.send(&[0])
+    }
+
+    /// What is said when the box is gone.
+    pub fn closed(&self) -> Failure {
+        self.port.closed()
     }
 
     pub fn ask(&mut self, command: Command) -> Result<(), Failure> {
@@ -73,6 +81,18 @@ impl Talk {
             _ => {}
         }
         self.send(command)
+    }
+
+    /// Asks what nobody has typed.
+    pub fn ask_itself(&mut self, command: Command) -> Result<(), Failure> {
+        self.send(command)?;
+        self.own.extend(self.waiting.last().map(|(to, ..)| *to));
+        Ok(())
+    }
+
+    /// Whether this answers what nobody has typed.
+    pub fn answers_itself(&self, message: &Telemetry) -> bool {
+        matches!(message, Telemetry::Reply(reply) if self.own.contains(&reply.to) && self.speaker.is_addressed(reply.by))
     }
 
     fn send(&mut self, command: Command) -> Result<(), Failure> {

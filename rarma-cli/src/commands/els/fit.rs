@@ -3,9 +3,9 @@
 use super::{limit, notices};
 use crate::args::ElsFitArgs;
 use crate::failure::Failure;
-use crate::input::{Plane, Role, merge, read_load_steps, read_receptances};
-use crate::scenario::load_els;
-use hal_sim::plant::els::fit::{Compliance, Line, Unknown, compliances, fit_joints};
+use hal_sim::plant::els::fit::{Compliance, Line, LoadStep, Unknown, compliances, fit_joints};
+use rarma_recordings::input::{Plane, Role, merge, read_load_steps, read_receptances};
+use rarma_scenarios::scenario::load_els;
 use serde_json::json;
 use std::path::Path;
 
@@ -106,7 +106,14 @@ fn unknown(name: &str) -> Result<Unknown, Failure> {
 }
 
 fn steps(path: &Path) -> Result<Vec<Compliance>, Failure> {
-    let steps = read_load_steps(path)?;
+    let steps: Vec<LoadStep> = read_load_steps(path)?
+        .iter()
+        .map(|step| LoadStep {
+            angle_rad: step.angle_rad,
+            load_n: step.load_n,
+            deflection_m: step.deflection_m,
+        })
+        .collect();
     compliances(&steps).map_err(|why| {
         Failure::whole(
             path.display(),

@@ -2,13 +2,13 @@
 
 use super::{name_of, notices, out, pictures, tell};
 use crate::args::ElsHammerArgs;
-use crate::els::diagram::{Diagram, diagram};
-use crate::els::hammer::{Blow, modes_in_frequency};
 use crate::failure::Failure;
-use crate::input::{self, Plane, ReadOptions, Recording, Role, write_uff};
 use crate::output;
-use crate::report::chart::table;
+use rarma_pictures::table;
+use rarma_recordings::input::{self, Plane, ReadOptions, Recording, Role, write_uff};
 use rarma_rigs::els::{AgreedMode, Complex, Receptance, fit_modes, static_stiffness};
+use rarma_scenarios::els::diagram::{Diagram, diagram};
+use rarma_scenarios::els::hammer::{Blow, modes_in_frequency};
 use serde::Serialize;
 use std::path::Path;
 
@@ -83,7 +83,7 @@ pub(super) fn main(args: &ElsHammerArgs) -> Result<u8, Failure> {
         force: &force.samples,
         response: &response.samples,
         fs: force.fs,
-        sensor: args.sensor,
+        sensor: args.sensor.into(),
     };
     let (f, g) = blow.receptance(args.band).map_err(refused)?;
     let plane: Vec<Receptance<f64>> = g

@@ -2,11 +2,11 @@
 
 use super::{name_of, notices, out, pictures, tell};
 use crate::args::ElsLimitArgs;
-use crate::els::diagram::{Diagram, diagram};
 use crate::failure::Failure;
-use crate::input::{Function, Plane, Role, merge, read_receptances, write_uff};
 use crate::output;
+use rarma_recordings::input::{Function, Plane, Role, merge, read_receptances, write_uff};
 use rarma_rigs::els::{ElsError, static_stiffness};
+use rarma_scenarios::els::diagram::{Diagram, diagram};
 use serde::Serialize;
 use std::path::Path;
 

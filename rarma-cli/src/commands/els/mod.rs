@@ -7,10 +7,10 @@ mod model;
 pub(super) mod pictures;
 
 use crate::args::{ElsCommand, OutArgs};
-use crate::els::diagram::{Diagram, Direction};
 use crate::failure::Failure;
-use crate::report::chart::sheet;
 use crate::report::sheet_told;
+use rarma_pictures::sheet;
+use rarma_scenarios::els::diagram::{Diagram, Direction};
 use serde::Serialize;
 use std::path::Path;
 

@@ -2,13 +2,15 @@
 
 use super::{out, pictures, tell};
 use crate::args::ElsModelArgs;
-use crate::els::diagram::{Cut, Diagram, diagram};
-use crate::els::machine::{DeflectionCase, LoadCase, Picture, deflections, load_cases, shapes};
 use crate::failure::Failure;
-use crate::input::{Plane, Role, write_uff};
 use crate::output;
-use crate::scenario::{SHIPPED_ELS, els_schema, load_els, parse_els};
 use hal_sim::plant::els::{Clamping, ElsModel, Place};
+use rarma_recordings::input::{Plane, Role, write_uff};
+use rarma_scenarios::els::diagram::{Cut, Diagram, diagram};
+use rarma_scenarios::els::machine::{
+    DeflectionCase, LoadCase, Picture, deflections, load_cases, shapes,
+};
+use rarma_scenarios::scenario::{SHIPPED_ELS, els_schema, load_els, parse_els};
 use serde::Serialize;
 
 /// Step of the receptance, Hz.

@@ -1,11 +1,11 @@
 //! The pictures of the elastic linked system.
 
-use crate::els::diagram::Diagram;
-use crate::els::machine::{DeflectionCase, LoadCase, Picture};
-use crate::report::chart::{Chart, Mark, Scale, Series, table};
-use crate::report::palette;
-use crate::report::polar::{Polar, PolarSeries};
+use rarma_pictures::palette;
+use rarma_pictures::{Chart, Mark, Scale, Series, table};
+use rarma_pictures::{Polar, PolarSeries};
 use rarma_rigs::els::Complex;
+use rarma_scenarios::els::diagram::Diagram;
+use rarma_scenarios::els::machine::{DeflectionCase, LoadCase, Picture};
 
 /// A round number at or above a value, for the end of an axis.
 pub(in crate::commands) fn above(value: f64) -> f64 {
@@ -70,7 +70,7 @@ pub(super) fn limits(diagram: &Diagram) -> String {
         }
         .figure(),
     );
-    let row = |name: &str, d: &crate::els::diagram::Direction| {
+    let row = |name: &str, d: &rarma_scenarios::els::diagram::Direction| {
         let unit = |x: Option<f64>, digits: usize, unit: &str| {
             x.map_or("none".to_owned(), |x| format!("{x:.digits$} {unit}"))
         };

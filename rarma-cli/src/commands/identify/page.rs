@@ -9,7 +9,7 @@ use crate::commands::estimators;
 use crate::commands::model_pictures::{BAR, densities, diagram, residuals as left_over};
 use crate::commands::order::{self, Candidate};
 use crate::commands::psd;
-use crate::report::chart::{Chart, Mark, Scale, Series, sheet, table};
+use rarma_pictures::{Chart, Mark, Scale, Series, sheet, table};
 
 /// Orders above the one that was asked for, in the diagram.
 const ABOVE: usize = 4;

@@ -3,7 +3,7 @@
 use super::{answer, save, show};
 use crate::args::LdbbAnalyseArgs;
 use crate::failure::Failure;
-use crate::input::read_circles;
+use rarma_recordings::input::read_circles;
 use std::path::PathBuf;
 
 pub(super) fn main(args: &LdbbAnalyseArgs) -> Result<u8, Failure> {

@@ -1,10 +1,10 @@
 //! What a ball-bar report says first: the deviations, whether they are within a tolerance, and
 //! which errors make them.
 
-use crate::ldbb::circularity::OneWay;
-use crate::ldbb::evaluate::AtForce;
-use crate::report::bars::{Bar, Bars};
-use crate::report::chart::table;
+use rarma_pictures::table;
+use rarma_pictures::{Bar, Bars};
+use rarma_scenarios::ldbb::circularity::OneWay;
+use rarma_scenarios::ldbb::evaluate::AtForce;
 
 /// Causes below this part of all are not drawn; the table of errors has them.
 const SEEN: f64 = 0.005;

@@ -3,8 +3,8 @@
 use super::{compare_pictures, out};
 use crate::args::LdbbCompareArgs;
 use crate::failure::Failure;
-use crate::input;
-use crate::ldbb::compare::{Machine, rank, spread};
+use rarma_recordings::input;
+use rarma_scenarios::ldbb::compare::{Machine, rank, spread};
 use serde::Serialize;
 use std::path::Path;
 

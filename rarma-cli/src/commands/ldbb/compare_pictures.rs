@@ -1,9 +1,9 @@
 //! Several machines beside each other.
 
 use crate::commands::els::pictures::above;
-use crate::ldbb::compare::Machine;
-use crate::report::chart::{Chart, Mark, Scale, Series, table};
-use crate::report::polar::{Polar, PolarSeries};
+use rarma_pictures::{Chart, Mark, Scale, Series, table};
+use rarma_pictures::{Polar, PolarSeries};
+use rarma_scenarios::ldbb::compare::Machine;
 
 /// Machines side by side: figures 18 and 19.
 pub(super) fn comparison(machines: &[Machine], spread: f64) -> String {
@@ -40,7 +40,7 @@ pub(super) fn comparison(machines: &[Machine], spread: f64) -> String {
     };
     let ranks = Chart {
         title: "Stiffness of the tests, stiffest first".to_owned(),
-        x: Scale::linear("rank", 0.5, machines.len() as f64 + 0.5),
+        x: Scale::counted("rank", 0.5, machines.len() as f64 + 0.5),
         y: Scale::linear("N/µm", 0.0, above(most)),
         height: 260.0,
         series: vec![

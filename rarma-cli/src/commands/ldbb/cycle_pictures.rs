@@ -1,9 +1,9 @@
 //! Pictures of load cycles.
 
 use crate::commands::els::pictures::above;
-use crate::ldbb::stiffness::Cycle;
-use crate::report::chart::{Chart, Mark, Scale, Series};
-use crate::report::polar::{Polar, PolarSeries};
+use rarma_pictures::{Chart, Mark, Scale, Series};
+use rarma_pictures::{Polar, PolarSeries};
+use rarma_scenarios::ldbb::stiffness::Cycle;
 
 /// Load cycles: figure 17.
 pub(super) fn hysteresis(title: &str, cycles: &[Cycle]) -> String {

@@ -1,8 +1,8 @@
 //! Machine errors against load, drawn and as a table.
 
 use crate::commands::els::pictures::above;
-use crate::ldbb::evaluate::AtForce;
-use crate::report::chart::{Chart, Mark, Scale, Series, table};
+use rarma_pictures::{Chart, Mark, Scale, Series, table};
+use rarma_scenarios::ldbb::evaluate::AtForce;
 
 /// A named value of the errors at one force.
 type Value = (String, Box<dyn Fn(&AtForce) -> Option<f64>>);
@@ -79,9 +79,10 @@ pub(super) fn errors(all: &[AtForce], [a, b]: [&str; 2]) -> String {
         );
     }
     body += "<h2>Machine errors</h2>\n";
-    let with =
-        |w: &crate::ldbb::evaluate::With| format!("{:.2} ± {:.2}", w.value, w.sd).replace('-', "−");
-    let pair = |p: &Option<[crate::ldbb::evaluate::With; 2]>| {
+    let with = |w: &rarma_scenarios::ldbb::evaluate::With| {
+        format!("{:.2} ± {:.2}", w.value, w.sd).replace('-', "−")
+    };
+    let pair = |p: &Option<[rarma_scenarios::ldbb::evaluate::With; 2]>| {
         p.as_ref().map_or("not determined".to_owned(), |p| {
             format!("{a} {}; {b} {}", with(&p[0]), with(&p[1]))
         })

@@ -12,9 +12,9 @@ mod run;
 use super::els::{notices, out};
 use crate::args::{KnownArgs, LdbbCommand, OutArgs};
 use crate::failure::Failure;
-use crate::input::Circles;
-use crate::ldbb::{Findings, Options, evaluate, without_its_other};
 use crate::output;
+use rarma_recordings::input::Circles;
+use rarma_scenarios::ldbb::{Findings, Options, evaluate, without_its_other};
 use serde::Serialize;
 use std::path::Path;
 
@@ -101,7 +101,7 @@ fn answer(circles: &Circles, known: &KnownArgs, file: &str) -> Result<Answer, Fa
             force_n: r.force_n,
             readings: r.points.len(),
             circular_deviation_um: rarma_rigs::ldbb::circular_deviation(
-                &crate::ldbb::stiffness::trace(r),
+                &rarma_scenarios::ldbb::stiffness::trace(r),
             )
             .map_or(f64::NAN, |d| 1e6 * d.least_squares_m),
         })
@@ -200,5 +200,5 @@ fn words(answer: &Answer, circles: &Circles) {
 /// Writes the findings as `rarma ldbb compare` reads them.
 fn save(path: &Path, answer: &Answer) -> Result<(), Failure> {
     let text = serde_json::to_string(answer).map_err(std::io::Error::from)?;
-    output::write(path, text)
+    Ok(output::write(path, text)?)
 }

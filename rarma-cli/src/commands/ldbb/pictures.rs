@@ -5,11 +5,11 @@ use super::circularity_pictures::circularity;
 use super::cycle_pictures::{hysteresis, left_over};
 use super::error_pictures::errors;
 use crate::commands::els::pictures::above;
-use crate::input::Circles;
-use crate::ldbb::stiffness::{AllRound, Cycle, trace};
-use crate::report::chart::{Chart, Mark, Scale, Series, table};
-use crate::report::palette::step;
-use crate::report::polar::{Polar, PolarSeries};
+use rarma_pictures::palette::step;
+use rarma_pictures::{Chart, Mark, Scale, Series, table};
+use rarma_pictures::{Polar, PolarSeries};
+use rarma_recordings::input::Circles;
+use rarma_scenarios::ldbb::stiffness::{AllRound, Cycle, levels};
 
 /// The page of one test.
 pub(super) fn page(answer: &Answer, circles: &Circles) -> String {
@@ -60,26 +60,22 @@ pub(super) fn page(answer: &Answer, circles: &Circles) -> String {
 
 /// Deflection against the smallest force, by angle: figure 15.
 fn deflection(circles: &Circles) -> String {
-    let mut rising: Vec<_> = circles.runs.iter().filter(|r| r.rising).collect();
-    if rising.len() < 2 {
+    let mut levels = levels(circles.runs.iter().filter(|r| r.rising));
+    if levels.len() < 2 {
         return String::new();
     }
-    rising.sort_by(|a, b| a.force_n.total_cmp(&b.force_n));
-    // One direction is enough to see.
-    let sense = rising[0].sense;
-    rising.retain(|r| r.sense == sense);
-    let first = trace(rising[0]);
-    let curves: Vec<(String, Vec<(f64, f64)>)> = rising
+    levels.sort_by(|a, b| a.force_n.total_cmp(&b.force_n));
+    let first = &levels[0];
+    let curves: Vec<(String, Vec<(f64, f64)>)> = levels
         .iter()
-        .map(|r| {
-            let t = trace(r);
+        .map(|level| {
             let points = (0..360)
                 .filter_map(|k| {
-                    let d = 1e6 * (t.mean(k)? - first.mean(k)?);
+                    let d = 1e6 * (level.mean(k)? - first.mean(k)?);
                     Some((k as f64 + 0.5, d))
                 })
                 .collect();
-            (format!("{:.0} N", r.force_n), points)
+            (format!("{:.0} N", level.force_n), points)
         })
         .collect();
     let most = curves
@@ -101,10 +97,7 @@ fn deflection(circles: &Circles) -> String {
                 dashed: false,
             })
             .collect(),
-        caption: format!(
-            "Length change against the run with the smallest force ({}, the inner circle).",
-            sense.name()
-        ),
+        caption: "Length change against the smallest force (the inner circle); each curve and its force are the mean of the runs of one step, both ways round.".to_owned(),
     }
     .figure();
     let forces = curves.len();
@@ -132,10 +125,10 @@ fn deflection(circles: &Circles) -> String {
 
 /// Stiffness all round with its extreme vectors: figure 16.
 fn stiffness(s: &AllRound) -> String {
-    let of = |f: fn(&crate::ldbb::stiffness::Ray) -> f64| -> Vec<(f64, f64)> {
+    let of = |f: fn(&rarma_scenarios::ldbb::stiffness::Ray) -> f64| -> Vec<(f64, f64)> {
         s.rays.iter().map(|r| (r.angle_deg, f(r))).collect()
     };
-    let vector = |name: &str, e: &crate::ldbb::stiffness::Extreme, colour| PolarSeries {
+    let vector = |name: &str, e: &rarma_scenarios::ldbb::stiffness::Extreme, colour| PolarSeries {
         name: format!(
             "{name}: {:.2} ± {:.3} N/µm at {:.1}°",
             e.n_per_um, e.sd_n_per_um, e.angle_deg

@@ -3,12 +3,12 @@
 use super::{answer, save, show};
 use crate::args::LdbbRunArgs;
 use crate::failure::Failure;
-use crate::input::{Circles, circle_file};
-use crate::ldbb::{Static, from_recorded};
 use crate::output;
-use crate::scenario::{LdbbScenario, SHIPPED_LDBB, ldbb_schema, load_ldbb, parse_ldbb};
 use hal_sim::plant::ldbb::drive::{Trouble, circles, standing};
+use rarma_recordings::input::{Circles, Static, circle_file};
 use rarma_rigs::ldbb::{ForceLaw, Held, Schedule, StandingConfig, ValveConfig};
+use rarma_scenarios::ldbb::from_recorded;
+use rarma_scenarios::scenario::{LdbbScenario, SHIPPED_LDBB, ldbb_schema, load_ldbb, parse_ldbb};
 use std::path::Path;
 
 pub(super) fn main(args: &LdbbRunArgs) -> Result<u8, Failure> {
@@ -63,7 +63,7 @@ fn record(dir: &Path, circles: &Circles) -> Result<(), Failure> {
         files.push(("static.csv".to_owned(), table));
     }
     let bytes = files.into_iter().map(|(name, text)| (name, text.into()));
-    output::write_all(dir, bytes)
+    Ok(output::write_all(dir, bytes)?)
 }
 
 /// What came of a test, and why it ended early where it did.

@@ -6,12 +6,12 @@ use super::show;
 use crate::args::LobesArgs;
 use crate::failure::Failure;
 use crate::report::sheet_told;
-use crate::scenario::{self, Loaded};
-use crate::truth::crossing_word;
 use hal_sim::plant::cut::Process;
 use hal_sim::plant::delay::DepthSearch;
 use hal_sim::plant::error::PlantError;
 use hal_sim::plant::truth::{limit_of, zero_order_m};
+use rarma_scenarios::scenario::{self, Loaded};
+use rarma_scenarios::truth::crossing_word;
 use rayon::prelude::*;
 use serde::Serialize;
 

@@ -2,7 +2,7 @@
 
 use super::{LobePoint, Lobes};
 use crate::commands::els::pictures::above;
-use crate::report::chart::{Chart, Mark, Scale, Series, sheet, table};
+use rarma_pictures::{Chart, Mark, Scale, Series, sheet, table};
 
 /// Room above the highest peak, and above the scenario's own cut.
 const ROOM: f64 = 1.1;

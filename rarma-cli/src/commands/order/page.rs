@@ -8,8 +8,8 @@ use crate::commands::estimators::{self, Memory};
 use crate::commands::identify::{residuals, with_stack};
 use crate::commands::model_pictures::{DiagramPole, densities, diagram, residuals as left_over};
 use crate::commands::psd;
-use crate::report::chart::{Chart, Mark, Scale, Series, sheet, table};
 use rarma_fit::Whiteness;
+use rarma_pictures::{Chart, Mark, Scale, Series, sheet, table};
 
 /// Lags of the residuals, beyond the parameters.
 const LAGS: usize = 20;

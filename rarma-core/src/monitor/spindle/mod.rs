@@ -17,6 +17,7 @@ use crate::condition::{
 };
 use crate::decide::SPEED_ACCURACY;
 use crate::real::Real;
+use crate::visit::state;
 use moving::Moving;
 use standing::Standing;
 
@@ -104,6 +105,13 @@ pub(super) struct Spindle<T> {
     /// For how long of cutting a told speed has not been confirmed, s.
     unconfirmed_s: Option<T>,
 }
+
+state! { Spindle<T> {
+    setting, told, was_locked, found_at_entry, drift, found, doubtful, standing, moving,
+    contradiction, denied, tacho_reading, tacho_fault, entering_s, unconfirmed_s;
+    made finder, lines, tacho;
+    settings teeth, low_hz
+} }
 
 /// Where lines are removed: above the band and below it, too, as far as the model hears. A
 /// tooth line there takes a pole pair of the model like any other.

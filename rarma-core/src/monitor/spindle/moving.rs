@@ -13,6 +13,7 @@ use super::Spindle;
 use crate::condition::Lock;
 use crate::decide::{Mode, SPEED_ACCURACY};
 use crate::real::Real;
+use crate::visit::state;
 
 /// For so long after two poles, the lines or the setting have told the speed, it is looked for
 /// nearby, s.
@@ -72,6 +73,8 @@ pub(super) struct Moving<T> {
     speed_hz: T,
     age_s: T,
 }
+
+state! { Moving<T> { loudest, speed_hz, age_s } }
 
 impl<T: Real> Moving<T> {
     /// One line at the speed that was told is nearly all there is.

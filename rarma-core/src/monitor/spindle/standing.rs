@@ -8,6 +8,7 @@
 use super::Spindle;
 use crate::condition::{Lock, SpindleLines};
 use crate::real::Real;
+use crate::visit::state;
 
 /// A comb that has been heard for so long, s, and has not been called, stands.
 const STANDING_S: f64 = 2.0;
@@ -22,6 +23,8 @@ pub(super) struct Standing<T> {
     heard_s: T,
     held: bool,
 }
+
+state! { Standing<T> { sd_hz, heard_s, held } }
 
 impl<T> Standing<T> {
     /// An alarm stands.

@@ -43,6 +43,8 @@ pub struct Source {
     left: u32,
     fading: f32,
     per_period: f32,
+    /// Periods of a fade.
+    fade: u32,
     ended: bool,
 }
 
@@ -100,6 +102,7 @@ impl Source {
             left,
             fading: 0.0,
             per_period: 1.0 / (FADE_S * rate_hz),
+            fade: libm::ceilf(FADE_S * rate_hz) as u32,
             ended: false,
         })
     }
@@ -108,8 +111,10 @@ impl Source {
     #[inline]
     pub fn next_period(&mut self) -> Option<[f32; 2]> {
         self.left = self.left.checked_sub(1)?;
-        let end = self.left as f32 * self.per_period;
-        self.fading = (self.fading + self.per_period).min(1.0).min(end);
+        if self.fading < 1.0 || self.left <= self.fade {
+            let end = self.left as f32 * self.per_period;
+            self.fading = (self.fading + self.per_period).min(1.0).min(end);
+        }
         let scale = self.scale_a * self.fading;
         let unit = match &mut self.kind {
             Kind::Noise(noise) => each(noise, self.direction, BandNoise::next_sample),

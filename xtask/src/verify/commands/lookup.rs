@@ -30,14 +30,9 @@ impl Lookup {
     /// They cannot be built.
     pub fn new(workspace: &Workspace) -> Result<Self> {
         let mut cargo = process::host_cargo(workspace);
-        cargo.args(["test", "--workspace", "--lib", "--bins", "--tests"]);
-        cargo.args([
-            "--release",
-            "--no-run",
-            "--quiet",
-            "--message-format",
-            "json",
-        ]);
+        cargo.args(["test", "--release", "--lib", "--bins", "--tests"]);
+        cargo.args(process::HOST);
+        cargo.args(["--no-run", "--quiet", "--message-format", "json"]);
         let messages = process::output(&mut cargo)?;
         Ok(Self {
             root: workspace.root().to_path_buf(),
@@ -70,8 +65,19 @@ impl Lookup {
             list.args(&tests.filter);
             let names =
                 process::output(list.current_dir(&self.root)).map_err(|why| why.to_string())?;
-            if !names.lines().any(|line| line.ends_with(": test")) {
+            let names = || names.lines().filter_map(|line| line.strip_suffix(": test"));
+            if names().next().is_none() {
                 return Err("no test has such a name".to_owned());
+            }
+            if file.is_none() {
+                let package = self.root.join(&tests.package);
+                let text = |name| fs::read_to_string(package.join(name)).unwrap_or_default();
+                there_as_typed(
+                    names(),
+                    &text("src/lib.rs"),
+                    &text("Cargo.toml"),
+                    &tests.features,
+                )?;
             }
             for (name, _) in variables {
                 self.reads(&tests.package, file, name)?;
@@ -145,6 +151,44 @@ fn program(message: &str) -> Option<Program> {
     })
 }
 
+/// Fails where all of these tests of a library lie in modules that a feature brings which neither the
+/// command names nor the package has on by itself: the programs that are asked have all features.
+fn there_as_typed<'a>(
+    mut names: impl Iterator<Item = &'a str>,
+    library: &str,
+    manifest: &str,
+    features: &[String],
+) -> std::result::Result<(), String> {
+    let default = manifest.lines().find(|line| line.starts_with("default = "));
+    let quoted =
+        |feature: &str| default.is_some_and(|line| line.contains(&format!("\"{feature}\"")));
+    let mut before = "";
+    let mut gated = Vec::new();
+    for line in library.lines().map(str::trim) {
+        let module = line.trim_start_matches("pub ").strip_prefix("mod ");
+        let feature = before.strip_prefix("#[cfg(feature = \"");
+        if let (Some(module), Some(feature)) = (module, feature) {
+            let feature = feature.trim_end_matches("\")]");
+            if !quoted(feature) && !features.iter().any(|on| on == feature) {
+                gated.push((module.trim_end_matches(';'), feature));
+            }
+        }
+        before = line;
+    }
+    let lacks = |name: &str| {
+        let module = name.split("::").next();
+        let found = gated.iter().find(|(gate, _)| Some(*gate) == module);
+        found.map(|(_, feature)| *feature)
+    };
+    let first = names.next().and_then(lacks);
+    match first.filter(|_| names.all(|name| lacks(name).is_some())) {
+        Some(feature) => Err(format!(
+            "its tests are there with `--features {feature}` only"
+        )),
+        None => Ok(()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -174,5 +218,20 @@ mod tests {
             None
         );
         assert_eq!(program(r#"{"reason":"build-finished"}"#), None);
+    }
+
+    #[test]
+    fn a_test_that_a_feature_brings_is_not_there_without() {
+        let library = "mod arx;\n#[cfg(feature = \"channels\")]\nmod channels;\n#[cfg(feature = \"more\")]\npub mod more;\n";
+        let manifest = "[features]\ndefault = [\"more\"]\nchannels = []\nmore = []\n";
+        let check = |names: &[&str], features: &[&str]| {
+            let features: Vec<String> = features.iter().map(|f| (*f).to_owned()).collect();
+            there_as_typed(names.iter().copied(), library, manifest, &features)
+        };
+        let why = check(&["channels::a::b", "channels::c"], &[]).expect_err("nothing runs");
+        assert!(why.contains("--features channels"), "{why}");
+        assert_eq!(check(&["channels::a::b"], &["channels"]), Ok(()));
+        assert_eq!(check(&["channels::a", "arx::b"], &[]), Ok(()), "one runs");
+        assert_eq!(check(&["more::a"], &[]), Ok(()), "on by itself");
     }
 }

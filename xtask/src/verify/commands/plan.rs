@@ -2,7 +2,7 @@
 
 use super::shell::Step;
 use crate::fw::{Request, Verb};
-use crate::{EMULATED_BOARD, EMULATED_BOX};
+use crate::{EMULATED_BOARD, EMULATED_BOX, pico};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -50,6 +50,8 @@ pub struct Tests {
     pub filter: Option<String>,
     /// Those that are ignored otherwise.
     pub ignored: bool,
+    /// Features that are switched on.
+    pub features: Vec<String>,
 }
 
 /// What classifying needs to know of the workspace.
@@ -57,12 +59,15 @@ pub struct Tests {
 pub struct Known {
     /// Aliases of cargo and what they stand for.
     pub aliases: BTreeMap<String, String>,
-    /// Boards there is an image for.
-    pub boards: Vec<String>,
 }
 
 /// The stage that listens to sound cards.
 const SOUND_CARD: &str = "sound card";
+
+/// The stage that keeps records of a plant.
+const PLANT: &str = "plant records";
+/// The stage that runs a gateway.
+const GATEWAY: &str = "plant gateway";
 
 /// Programs that are no part of this project and may stand in the pages.
 const TOOLS: [&str; 2] = ["cmp", "size"];
@@ -139,6 +144,12 @@ impl Known {
             "fuzz" => Ok(Plan::Stage("fuzzing")),
             "long" => Ok(Plan::Stage("long forms")),
             "web" => Ok(Plan::Stage("browser page")),
+            "screens" => Ok(Plan::Not("its pictures are to be looked at")),
+            "book" => Ok(Plan::Stage("book")),
+            "gallery" if rest.iter().any(|word| word == "--against") => {
+                Ok(Plan::Not("it builds an older version of the program"))
+            }
+            "gallery" => Ok(Plan::Stage("book")),
             "fw" => self.firmware(words, rest),
             "qemu" => match rest.first() {
                 Some(elf)
@@ -157,18 +168,17 @@ impl Known {
 
     fn firmware(&self, words: &[String], rest: &[String]) -> Result<Plan, String> {
         let request = Request::parse(rest).map_err(|why| why.to_string())?;
-        if !self.boards.contains(&request.board) {
-            return Err(format!("no board `{}`", request.board));
-        }
-        let emulated = request.board == EMULATED_BOARD;
+        let emulated = request.board.name == EMULATED_BOARD;
         let whole_box = request.cargo_arguments.iter().any(|a| a == EMULATED_BOX);
         match request.verb {
             Verb::Build if emulated => Ok(Plan::Stage("firmware image")),
+            Verb::Build if request.board.name == pico::BOARD => Ok(Plan::Stage("Pico image")),
+            Verb::Build if request.board.is_emulated() => Ok(Plan::Stage("instruction counts")),
             Verb::Build => Ok(Plan::Stage("board image")),
             Verb::Test => Ok(Plan::Stage("on-target tests")),
             Verb::Run if whole_box => Ok(Plan::EmulatedBox(words.to_vec())),
             Verb::Run if emulated => Ok(Plan::Not("the bare image wants a job in the root")),
-            Verb::Run => Ok(Plan::Not("it flashes a board through its debugger")),
+            Verb::Run => Ok(Plan::Not("it flashes a board")),
         }
     }
 }
@@ -178,6 +188,11 @@ fn ours(arguments: Vec<String>) -> Plan {
     match arguments.first().map(String::as_str) {
         // Not in the program that the other commands are run with.
         Some("listen") => Plan::Stage(SOUND_CARD),
+        Some("store") if arguments.get(1).is_some_and(|word| word == "receive") => {
+            Plan::Stage(GATEWAY)
+        }
+        Some("store" | "trends" | "plant") => Plan::Stage(PLANT),
+        Some("gateway") => Plan::Stage(GATEWAY),
         _ => Plan::Rarma(arguments),
     }
 }
@@ -193,6 +208,7 @@ fn python(program: &str, words: &[String]) -> Result<Plan, String> {
             "rarma-py/benchmark.py" => {
                 Ok(Plan::Not("it measures times, which wants a machine alone"))
             }
+            "rarma-py/notebooks/run.py" => Ok(Plan::Stage("python")),
             "rarma-py/compare" | "rarma-py/compare/several.py" => {
                 Ok(Plan::Not("it takes minutes, and packages of others"))
             }
@@ -241,6 +257,9 @@ fn tests(words: &[String]) -> Result<Tests, String> {
             "-p" | "--package" if !passed_on => out.package = value()?,
             "--test" if !passed_on => out.files.push(value()?),
             "--lib" if !passed_on => library = true,
+            "--features" if !passed_on => {
+                out.features.extend(value()?.split(',').map(str::to_owned));
+            }
             "--ignored" if passed_on => out.ignored = true,
             "--nocapture" if passed_on => {}
             "--test-threads" if passed_on => drop(value()?),
@@ -292,7 +311,6 @@ mod tests {
                 ),
             ]
             .into(),
-            boards: ["mps2-an386", "nucleo-g474re"].map(str::to_owned).to_vec(),
         };
         let line = shell::parse(text).expect("sound");
         known.plan(&line.pipelines[0][0])
@@ -319,6 +337,8 @@ mod tests {
             ("cargo xtask count", "instruction counts"),
             ("cargo xtask chip", "board figures"),
             ("cargo xtask web --serve", "browser page"),
+            ("cargo xtask book --serve", "book"),
+            ("cargo xtask gallery", "book"),
             ("rarma listen --list", "sound card"),
             (
                 "cargo run --release -p rarma-cli --features sound-card -- listen --rpm 1656",
@@ -326,6 +346,7 @@ mod tests {
             ),
             ("maturin build --release", "python"),
             ("python3 -m pip install rarma.whl", "python"),
+            ("python3 rarma-py/notebooks/run.py", "python"),
         ] {
             assert_eq!(plan(text), Ok(Plan::Stage(stage)), "{text}");
             let there = crate::verify::stages::ALL
@@ -333,7 +354,12 @@ mod tests {
                 .any(|(name, _)| *name == stage);
             assert!(there, "no stage {stage}");
         }
-        for text in ["cargo verify", "cargo fw run nucleo-g474re", "cargo fw run"] {
+        for text in [
+            "cargo verify",
+            "cargo fw run nucleo-g474re",
+            "cargo fw run",
+            "cargo xtask gallery --against HEAD~1",
+        ] {
             assert!(matches!(plan(text), Ok(Plan::Not(_))), "{text}");
         }
         assert_eq!(plan("cargo demo"), Ok(Plan::Own(words("demo"))));
@@ -354,13 +380,16 @@ mod tests {
             files: words("health a"),
             filter: Some("million".to_owned()),
             ignored: true,
+            features: Vec::new(),
         };
         assert_eq!(found, Ok(Plan::Tests(want)));
-        let found = plan("cargo test --release -p rarma-fit --lib arx -- --nocapture");
+        let found =
+            plan("cargo test --release -p rarma-fit --features channels --lib arx -- --nocapture");
         let Ok(Plan::Tests(found)) = found else {
             panic!("{found:?}")
         };
         assert!(found.files.is_empty() && found.filter.as_deref() == Some("arx"));
+        assert_eq!(found.features, ["channels"]);
     }
 
     #[test]

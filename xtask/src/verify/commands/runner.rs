@@ -12,7 +12,7 @@ use super::wanted::Wanted;
 use super::yardstick::{TIMES_THE_DEMONSTRATION, Yardstick};
 use super::{aliases, may_end_with_one};
 use crate::verify::stages::Bench;
-use crate::{Failure, Result, Workspace, fw, process};
+use crate::{Failure, Result, Workspace, process};
 use std::fs;
 use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
@@ -73,7 +73,6 @@ impl<'a> Runner<'a> {
             workspace,
             known: Known {
                 aliases: aliases(workspace)?,
-                boards: fw::boards(workspace)?,
             },
             maker: Maker::new(&rarma, &scratch),
             yardstick,

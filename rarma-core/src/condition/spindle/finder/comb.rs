@@ -4,6 +4,7 @@
 
 use super::peaks::{MOST_PEAKS, Peak, Peaks};
 use crate::real::Real;
+use crate::visit::state;
 
 /// A peak this near a multiple, bins, is on it. Twice this over the spacing is the
 /// chance that a peak anywhere is.
@@ -50,7 +51,7 @@ const LN_SPLIT: f64 = -9.2;
 const LEAST_FILLED: f64 = 0.3;
 
 /// How well a spacing explains the peaks.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Score<T> {
     /// Spacing, bins.
     pub spacing: T,
@@ -64,6 +65,8 @@ pub(super) struct Score<T> {
     /// given spacing.
     pub ln_chance: T,
 }
+
+state! { Score<T> { spacing, sd, hits, filled, ln_chance } }
 
 /// Which multiples of a spacing count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,6 +1,8 @@
 //! What the speed finder is asked, and what it answers.
 
 use crate::condition::Band;
+use crate::real::Real;
+use crate::visit::{State, StateVisitor, state};
 
 /// What [`SpeedFinder`](super::SpeedFinder) is to look for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,7 +18,7 @@ pub struct SpeedFinderConfig {
 }
 
 /// Lines at multiples of one frequency.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Comb<T> {
     /// Spacing, Hz: the spindle's frequency where it was told; else that of the
     /// spindle or of its teeth, whichever the sound shows.
@@ -28,6 +30,8 @@ pub struct Comb<T> {
     /// Upper bound on the chance that random lines look like it.
     pub chance: T,
 }
+
+state! { Comb<T> { spacing_hz, sd_hz, lines, chance } }
 
 /// Answer of a cycle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,6 +47,23 @@ pub enum Finding<T> {
         /// Spacing of the comb that is there, Hz.
         found_hz: T,
     },
+}
+
+impl<T: Real> State<T> for Finding<T> {
+    fn visit_state(&mut self, visitor: &mut impl StateVisitor<T>) -> bool {
+        let (mut found, mut contradiction) = match *self {
+            Self::NotEstimable => (None, None),
+            Self::Found(comb) => (Some(comb), None),
+            Self::Contradiction { told_hz, found_hz } => (None, Some((told_hz, found_hz))),
+        };
+        let fits = found.visit_state(visitor) && contradiction.visit_state(visitor);
+        *self = match (found, contradiction) {
+            (Some(comb), _) => Self::Found(comb),
+            (None, Some((told_hz, found_hz))) => Self::Contradiction { told_hz, found_hz },
+            (None, None) => Self::NotEstimable,
+        };
+        fits
+    }
 }
 
 /// Why there is no finder.

@@ -19,6 +19,7 @@ pub use sliced_fft::SlicedFft;
 
 use crate::condition::Band;
 use crate::real::Real;
+use crate::visit::{choice, state};
 use comb::Score;
 use peaks::{Peaks, peak_at};
 
@@ -50,6 +51,8 @@ enum Phase {
     Told,
     Blind,
 }
+
+choice!(Phase: Collect, Transform, Unpack, Peaks, Told, Blind);
 
 /// Finds the spacing of the lines in a sound, a little work per sample.
 ///
@@ -114,6 +117,12 @@ pub struct SpeedFinder<T> {
     previous: Option<T>,
     last: Finding<T>,
 }
+
+state! { SpeedFinder<T> {
+    fft, peaks, phase, at, told, generator, multiple, tried, best, previous, last;
+    settings bins, bin_hz, teeth, range;
+    where *at <= FRAME && *multiple <= HALF as u32 && *tried < 1 << 20 && *generator <= MOST_PEAKS
+} }
 
 impl<T: Real> SpeedFinder<T> {
     /// A finder that has heard nothing.

@@ -4,6 +4,7 @@
 
 use super::sliced_fft::SlicedFft;
 use crate::real::Real;
+use crate::visit::state;
 
 /// Peaks that are kept, the strongest.
 pub const MOST_PEAKS: usize = 24;
@@ -27,12 +28,19 @@ pub(super) struct Peak<T> {
     pub power: T,
 }
 
+state! { Peak<T> { bin, power } }
+
 /// The strongest peaks of a spectrum, the strongest first.
 #[derive(Debug, Clone)]
 pub(super) struct Peaks<T> {
     list: [Peak<T>; MOST_PEAKS],
     used: usize,
 }
+
+state! { Peaks<T> {
+    list, used;
+    where *used <= MOST_PEAKS
+} }
 
 impl<T: Real> Peaks<T> {
     /// None.

@@ -5,6 +5,7 @@
 //! complex factor of a butterfly.
 
 use crate::real::{Real, times};
+use crate::visit::state;
 
 /// Power spectrum of 2·`M` real numbers by a complex transform of `M`, `M` a power of
 /// two from 4 on (checked when the code is built).
@@ -35,6 +36,11 @@ pub struct SlicedFft<T, const M: usize> {
     /// Next bin to unpack.
     bin: usize,
 }
+
+state! { SlicedFft<T, const M> {
+    z, apart, column, at, twiddle, turn, bin;
+    where *apart <= M && *column <= M && *at <= 4 * M && *bin <= M
+} }
 
 #[inline(always)]
 fn plus<T: Real>(a: (T, T), b: (T, T)) -> (T, T) {

@@ -1,6 +1,7 @@
 //! Settings of the removal of the spindle's lines.
 
 use crate::condition::Band;
+use crate::visit::choice;
 
 /// Default memory of the amplitudes, s.
 pub const LINES_TAU_S: f64 = 0.3;
@@ -66,3 +67,5 @@ pub enum Lock {
     /// until a speed is given again.
     Lost,
 }
+
+choice!(Lock: Searching, Locked, Lost);

@@ -1,6 +1,8 @@
 //! One line of the spindle: its amplitude, and how loud the rest is where it lies.
 
+use super::multiples::HIGHEST;
 use crate::real::Real;
+use crate::visit::state;
 
 /// Part of its power that a line has left that shrinks.
 const SHRUNK: f64 = 0.4;
@@ -20,6 +22,11 @@ pub(super) struct Line<T> {
     pub across: T,
     pub variance: T,
 }
+
+state! { Line<T> {
+    multiple, age, c, sum, radial, across, variance;
+    where *multiple <= HIGHEST as u16
+} }
 
 impl<T: Real> Line<T> {
     pub(super) fn new(multiple: u16) -> Self {

@@ -1,15 +1,17 @@
 //! Removal of what the turning spindle forces: lines at multiples of one frequency,
 //! on one phase of rotation, whose speed is followed.
 //!
-//! Rate: [`SpindleLines::process`] once a decimated sample; every block of about
-//! 2.7 ms the amplitudes, the phase and the speed are corrected. Words: *line*, a
-//! steady tone; *notch*, the band around a line in which nothing else can be seen.
+//! Rate: [`SpindleLines::process`] once a decimated sample; at the end of each row of up to 32 what
+//! the lines are in the next one is worked out; every block of about 2.7 ms the amplitudes, the
+//! phase and the speed are corrected. Words: *line*, a steady tone; *notch*, the band around a
+//! line in which nothing else can be seen.
 
 mod block;
 mod config;
 mod line;
 mod multiples;
 mod phase_loop;
+mod row;
 
 pub use multiples::{HIGHEST_FLIP_HALVES, is_home_of_flip};
 
@@ -19,9 +21,11 @@ pub use config::{
 
 use crate::condition::Band;
 use crate::real::Real;
+use crate::visit::{choice, state};
 use line::{Line, gain};
 use multiples::Choice;
 use phase_loop::PhaseLoop;
+use row::{LONGEST, Row, product};
 
 /// Length of a block, s.
 const BLOCK_S: f64 = 1.0 / 375.0;
@@ -36,6 +40,8 @@ enum Trust {
     /// The lines may not be the rotation's: all are drawn slowly.
     Doubted,
 }
+
+choice!(Trust: Found, Tried, Doubted);
 
 /// Removes up to `H` lines at multiples of the spindle frequency, and follows it.
 ///
@@ -60,8 +66,8 @@ enum Trust {
 /// runout goes and what grows there stays in the signal; while [`Self::hold`] says so, they
 /// are not drawn at all. They have no say about the speed.
 ///
-/// Precision: the phase is a phasor put back on the unit circle at every sample, the
-/// phasors of the lines its powers, so that an error never outlives a sample.
+/// Precision: the phase is a phasor put back on the unit circle at every row of samples, the
+/// phasors of the lines its powers, so that an error never outlives a row.
 #[derive(Debug, Clone)]
 pub struct SpindleLines<T, const H: usize> {
     lines: [Line<T>; H],
@@ -69,8 +75,10 @@ pub struct SpindleLines<T, const H: usize> {
     choice: Choice,
     trust: Trust,
     held: bool,
+    /// Phasors of the rotation at the first sample of the row, and of its turn in a sample.
     base: (T, T),
     turn: (T, T),
+    row: Row<T>,
     filter: PhaseLoop<T>,
     lock: Lock,
     running: bool,
@@ -87,6 +95,13 @@ pub struct SpindleLines<T, const H: usize> {
     /// Mean square multiple of the lines, by power.
     square_multiple: T,
 }
+
+state! { SpindleLines<T, const H> {
+    lines, used, choice, trust, held, base, turn, row, filter, lock, running, in_block, age,
+    bad_blocks, square_multiple;
+    settings block, band, fs, kappa, slow_kappa, wander;
+    where *used <= H && *in_block < *block
+} }
 
 impl<T: Real, const H: usize> SpindleLines<T, H> {
     /// Lines of no speed: samples pass.
@@ -124,6 +139,7 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
             held: false,
             base: (T::ONE, T::ZERO),
             turn: (T::ONE, T::ZERO),
+            row: Row::EMPTY,
             filter: PhaseLoop::new(T::ZERO, T::ZERO, wander),
             lock: Lock::Searching,
             running: false,
@@ -168,6 +184,7 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
         self.square_multiple = T::ONE;
         self.choose();
         self.steer();
+        self.begin_row();
     }
 
     /// Starts on a speed that nothing in the sound has confirmed: lines that are taken for
@@ -205,12 +222,11 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
     }
 
     /// A speed from elsewhere (tacho, finder), Hz, and its standard deviation: drawn
-    /// into the loop by its weight. Slow path.
+    /// into the loop by its weight, from the next block on. Slow path.
     pub fn measure_speed(&mut self, spindle_hz: T, sd_hz: T) {
         if self.running {
             let scale = self.rad_per_block();
             self.filter.measure(spindle_hz * scale, sd_hz * scale);
-            self.steer();
         }
     }
 
@@ -221,40 +237,43 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
         if !self.running {
             return y;
         }
-        let mut phasors = [(T::ONE, T::ZERO); H];
-        let (mut p, mut n) = ((T::ONE, T::ZERO), 0);
-        let (x1, y1) = self.base;
-        let mut e = y;
-        let lines = &mut self.lines[..self.used.min(H)];
-        for (line, phasor) in lines.iter().zip(&mut phasors) {
-            while n < line.multiple {
-                p = (p.0 * x1 - p.1 * y1, p.0 * y1 + p.1 * x1);
-                n += 1;
-            }
-            *phasor = p;
-            e -= line.c.0 * p.0 - line.c.1 * p.1;
-        }
-        if e.is_finite() {
-            for (line, p) in lines.iter_mut().zip(&phasors) {
-                line.sum.0 += e * p.0;
-                line.sum.1 -= e * p.1;
-            }
-        }
-        let (c, s) = self.turn;
-        let next = (x1 * c - y1 * s, x1 * s + y1 * c);
-        // One step of Newton keeps the length at 1 whatever rounding does.
-        let stretch = T::from_f64(1.5) - T::from_f64(0.5) * (next.0 * next.0 + next.1 * next.1);
-        self.base = (next.0 * stretch, next.1 * stretch);
-        self.in_block += 1;
-        if self.in_block >= self.block {
-            self.in_block = 0;
-            self.end_block();
+        let e = self.row.rest(y);
+        if self.row.is_full() {
+            self.end_row();
         }
         if self.lock == Lock::Locked && e.is_finite() {
             e
         } else {
             y
         }
+    }
+
+    /// A row is full: the next one begins, behind the correction if it is the block's last.
+    #[inline(never)]
+    fn end_row(&mut self) {
+        let lines = &mut self.lines[..self.used.min(H)];
+        self.row.end(lines, self.base, self.turn);
+        let samples = self.row.length();
+        for _ in 0..samples {
+            self.base = product(self.base, self.turn);
+        }
+        // One step of Newton keeps the length at 1 whatever rounding does.
+        let (x, y) = self.base;
+        let stretch = T::from_f64(1.5) - T::from_f64(0.5) * (x * x + y * y);
+        self.base = (x * stretch, y * stretch);
+        self.in_block += samples as u16;
+        if self.in_block >= self.block {
+            self.in_block = 0;
+            self.end_block();
+        }
+        self.begin_row();
+    }
+
+    /// What the lines will be until the next correction, or as far as a row reaches.
+    fn begin_row(&mut self) {
+        let length = usize::from(self.block - self.in_block).min(LONGEST);
+        let lines = &self.lines[..self.used.min(H)];
+        self.row.begin(lines, self.base, self.turn, length);
     }
 
     fn rad_per_block(&self) -> T {

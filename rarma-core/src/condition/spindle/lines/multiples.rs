@@ -1,12 +1,13 @@
 //! Which multiples of the spindle frequency are looked at.
 
 use crate::real::Real;
+use crate::visit::state;
 
 /// Flip lobes lie where a vibration takes 2, 2/3, 2/5 … tooth periods; beyond this odd
 /// number of half tooth frequencies they are lost among the others.
 pub const HIGHEST_FLIP_HALVES: u32 = 9;
 /// Highest multiple: bounds the work of a sample.
-const HIGHEST: u32 = 255;
+pub(super) const HIGHEST: u32 = 255;
 
 /// Multiple `n` of the spindle is an odd multiple of half the tooth frequency, where period-two
 /// (flip) chatter lives: with an even number of teeth, and up to [`HIGHEST_FLIP_HALVES`] of
@@ -25,6 +26,11 @@ pub(super) struct Choice {
     teeth: Option<u32>,
     range: (u32, u32),
 }
+
+state! { Choice {
+    range;
+    settings teeth
+} }
 
 impl Choice {
     pub fn new(teeth: Option<u32>) -> Self {

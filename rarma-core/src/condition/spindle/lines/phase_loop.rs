@@ -4,6 +4,7 @@
 //! loop is wide where the lines stand far above the rest and narrow where they do not.
 
 use crate::real::Real;
+use crate::visit::state;
 
 /// Innovations this many times their own variance, on the mean, and the speed is taken
 /// to change.
@@ -36,6 +37,8 @@ pub(super) struct PhaseLoop<T> {
     most_wander: T,
     restless: T,
 }
+
+state! { PhaseLoop<T> { omega, p, wander, most_wander, restless } }
 
 impl<T: Real> PhaseLoop<T> {
     /// A speed with its standard deviation, rad per block; the wander is the relative

@@ -1,5 +1,7 @@
 //! Settings of a tacho, and what it says.
 
+use crate::visit::choice;
+
 /// Settings of a [`Tacho`](super::Tacho).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TachoConfig {
@@ -40,10 +42,11 @@ pub enum TachoError {
 }
 
 /// What is wrong with the pulses.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum TachoFault {
     /// No pulse at all, or none for two intervals of the slowest speed.
+    #[default]
     Silent,
     /// Pulses are missing: three of the last eight intervals were longer than 1.5 of
     /// the expected ones, or there is none for three.
@@ -53,6 +56,8 @@ pub enum TachoFault {
     /// The times scatter too much, or three of the last eight pulses fit no rhythm.
     Noisy,
 }
+
+choice!(TachoFault: Silent, Missing, Doubled, Noisy);
 
 /// Speed at the last pulse.
 #[derive(Debug, Clone, Copy, PartialEq)]

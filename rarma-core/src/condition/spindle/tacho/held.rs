@@ -1,6 +1,7 @@
 //! The last pulses of a tacho and the smooth rotation through them.
 
 use crate::real::Real;
+use crate::visit::state;
 
 /// Pulses the speed is read off.
 const HELD: usize = 12;
@@ -15,6 +16,11 @@ pub(super) struct Held<T> {
     pulses: [(T, T); HELD],
     used: usize,
 }
+
+state! { Held<T> {
+    pulses, used;
+    where *used <= HELD
+} }
 
 impl<T: Real> Held<T> {
     /// No pulses.

@@ -13,6 +13,7 @@ pub use config::{TachoConfig, TachoError, TachoFault, TachoReading};
 pub use pulse::{LEVEL_MEMORY_S, PulseDetector};
 
 use crate::real::Real;
+use crate::visit::state;
 use held::{Held, LEAST};
 
 /// Pulses whose faults are counted, and how many of them make a fault.
@@ -79,6 +80,13 @@ pub struct Tacho<T> {
     doubled: u8,
     stray: u8,
 }
+
+state! { Tacho<T> {
+    last, rhythm, held, first, firsts, strangers, newest, between, steady, missing, doubled,
+    stray;
+    settings fs_hz, pulses, silent_samples, noisy;
+    where *firsts <= FIRST && *strangers < STRANGERS
+} }
 
 impl<T: Real> Tacho<T> {
     /// A tacho that has heard no pulse.

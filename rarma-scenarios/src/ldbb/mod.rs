@@ -1,0 +1,11 @@
+//! Evaluation of loaded ball bar tests, for the commands and for tests of them.
+
+pub mod circularity;
+pub mod compare;
+pub mod evaluate;
+pub mod runs;
+pub mod steady;
+pub mod stiffness;
+
+pub use evaluate::{Findings, Options, evaluate};
+pub use runs::{from_recorded, without_its_other};
