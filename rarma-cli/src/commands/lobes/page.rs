@@ -184,8 +184,11 @@ fn overlay(all: &[Lobes]) -> String {
 /// Chatter frequencies at the limit.
 fn tones(all: &[Lobes]) -> String {
     let mut series = Vec::new();
-    for case in all {
-        for (name, flip) in [("quasi-periodic", false), ("period doubling", true)] {
+    for (number, case) in all.iter().enumerate() {
+        for (kind, (name, flip)) in [("quasi-periodic", false), ("period doubling", true)]
+            .into_iter()
+            .enumerate()
+        {
             let those = case
                 .points
                 .iter()
@@ -198,7 +201,8 @@ fn tones(all: &[Lobes]) -> String {
                     name: format!("{}: {name}", case.scenario),
                     points,
                     mark: Mark::Dots,
-                    colour: series.len(),
+                    // A case has the colour of its limit; a second one where it doubles its period.
+                    colour: number + all.len() * kind,
                 });
             }
         }
