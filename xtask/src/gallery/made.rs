@@ -146,6 +146,47 @@ impl Gallery {
             .sum()
     }
 
+    /// Takes in the pictures that `line` has left in a folder; says so where it has not run.
+    ///
+    /// # Errors
+    /// They cannot be copied, or the list not be written.
+    pub fn take_in(&mut self, left_in: &Path, line: &str, title: &str) -> Result<()> {
+        let is_picture = |path: &PathBuf| {
+            let kind = path.extension().and_then(|kind| kind.to_str());
+            kind.is_some_and(|kind| ["svg", "png"].contains(&kind))
+        };
+        let entries = fs::read_dir(left_in).into_iter().flatten().flatten();
+        let mut found: Vec<PathBuf> = entries.map(|e| e.path()).filter(is_picture).collect();
+        found.sort();
+        let name = left_in.file_name().unwrap_or_default().to_string_lossy();
+        if found.is_empty() {
+            eprintln!("gallery: none of {name}: `{line}` makes them");
+            return Ok(());
+        }
+        let mut pictures = Vec::new();
+        for path in found {
+            let own = path.file_name().unwrap_or_default().to_string_lossy();
+            let file = format!("{PICTURES}/{name}-{own}");
+            fs::copy(&path, self.folder.join(&file)).map_err(|why| {
+                Failure::new(format!("cannot copy {}", path.display())).because(why)
+            })?;
+            let title = own.trim_end_matches(".svg").trim_end_matches(".png");
+            pictures.push(Listed {
+                file,
+                title: title.to_owned(),
+                words: title.replace('-', ", "),
+                caption: title.replace('-', ", "),
+            });
+        }
+        self.chapters.push(Chapter {
+            name: name.into_owned(),
+            title: title.to_owned(),
+            lines: vec![line.to_owned()],
+            pictures,
+        });
+        self.keep()
+    }
+
     fn draw(&self, rarma: &Path, shown: &Shown, work: &Path) -> Result<Chapter> {
         let cannot = |why| Failure::new(format!("cannot make {}", work.display())).because(why);
         if work.exists() {
@@ -329,6 +370,29 @@ mod tests {
             "pictures without a list are somebody's"
         );
         gallery.keep().expect("written");
+        let mut gallery = gallery;
+        let left = folder.join("screens");
+        gallery
+            .take_in(&left, "cargo xtask screens", "T")
+            .expect("none yet");
+        assert_eq!(gallery.count(), 1);
+        fs::create_dir_all(&left).expect("a folder");
+        for name in ["b-80x24.svg", "a.png", "cut.wav"] {
+            fs::write(left.join(name), name).expect("written");
+        }
+        gallery
+            .take_in(&left, "cargo xtask screens", "T")
+            .expect("taken");
+        let files: Vec<&str> = gallery.chapters[1]
+            .pictures
+            .iter()
+            .map(|picture| picture.file.as_str())
+            .collect();
+        assert_eq!(
+            files,
+            ["pictures/screens-a.png", "pictures/screens-b-80x24.svg"]
+        );
+        assert!(folder.join(files[0]).is_file());
         assert_eq!(
             Gallery::read(&folder).expect("a list").chapters,
             gallery.chapters

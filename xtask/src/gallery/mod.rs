@@ -9,7 +9,7 @@ pub mod pictures;
 
 use std::path::{Path, PathBuf};
 
-use crate::{Failure, Result, Workspace, process};
+use crate::{Failure, Result, Workspace, process, screens};
 pub use made::{Failing, Gallery};
 
 const USAGE: &str = "cargo xtask gallery [DIR] [--against REV|DIR] [--only NAME]";
@@ -21,7 +21,14 @@ const USAGE: &str = "cargo xtask gallery [DIR] [--against REV|DIR] [--only NAME]
 pub fn make(workspace: &Workspace, folder: &Path, only: Option<&str>) -> Result<Gallery> {
     let rarma = process::rarma(workspace)?;
     let work = workspace.target_dir().join("gallery-work");
-    let gallery = Gallery::make(&rarma, &chosen(only)?, (folder, &work), Failing::Fails)?;
+    let mut gallery = Gallery::make(&rarma, &chosen(only)?, (folder, &work), Failing::Fails)?;
+    if only.is_none() {
+        let screens = screens::folder(workspace);
+        gallery.take_in(&screens, "cargo xtask screens", "The live screen")?;
+        let page = workspace.target_dir().join("web-pictures");
+        let line = "cargo verify --only \"browser page\"";
+        gallery.take_in(&page, line, "The page in a browser")?;
+    }
     page::write(&gallery, None)?;
     Ok(gallery)
 }

@@ -1,5 +1,5 @@
 //! `cargo xtask screens [DIR]`: the live screen of `rarma` as pictures, of real programs in real
-//! terminals.
+//! terminals. `cargo verify` makes those of one size, with a sound card (stage `sound card`).
 
 mod svg;
 
@@ -43,7 +43,7 @@ const SESSION: [&str; 10] = [
 /// # Errors
 /// A program is missing, or does not come to what is to be seen.
 pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
-    let (mut folder, mut program) = (workspace.root().join(FOLDER), None);
+    let (mut folder, mut program) = (folder(workspace), None);
     let mut arguments = arguments.iter();
     while let Some(argument) = arguments.next() {
         match argument.as_str() {
@@ -62,17 +62,29 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
         None => build(workspace)?,
     };
     let studio = Studio::open(program, folder)?;
+    let cards = studio.has_sound_cards();
+    if !cards {
+        eprintln!("no picture of a microphone: this `rarma` was built without sound cards");
+    }
     for size in SIZES {
-        studio.of_a_box(size)?;
-        studio.of_a_recording(size)?;
-        if studio.has_sound_cards() {
-            studio.of_a_microphone(size)?;
-        } else {
-            eprintln!("no picture of a microphone: this `rarma` was built without sound cards");
-        }
+        studio.of_all(size, cards)?;
     }
     studio.of_a_small_terminal()?;
     Ok(0)
+}
+
+/// Where the pictures go unless told otherwise.
+pub fn folder(workspace: &Workspace) -> PathBuf {
+    workspace.root().join(FOLDER)
+}
+
+/// Those of a usual terminal, by a program that was built with sound cards.
+///
+/// # Errors
+/// As [`main`], or it was built without.
+pub fn usual(workspace: &Workspace, program: PathBuf) -> Result<()> {
+    tmux::ensure()?;
+    Studio::open(program, folder(workspace))?.of_all(SIZES[0], true)
 }
 
 /// `rarma`, with sound cards where it can be built so.
@@ -113,6 +125,15 @@ impl Studio {
             .arg(studio.folder.join("cut.json"));
         process::output(&mut simulate)?;
         Ok(studio)
+    }
+
+    fn of_all(&self, size: (u16, u16), cards: bool) -> Result<()> {
+        self.of_a_box(size)?;
+        self.of_a_recording(size)?;
+        if cards {
+            self.of_a_microphone(size)?;
+        }
+        Ok(())
     }
 
     /// Whether it was built so.

@@ -14,7 +14,7 @@ use crate::long::{self, Forms, LongForm};
 use crate::toolchain::{ARM, ARM_V8, Toolchain, packages};
 use crate::{
     EMULATED_BOARD, EMULATED_M33, Failure, Result, TARGET, Workspace, book, chip, count, fw, page,
-    pico, process, qemu, sound, tmux,
+    pico, process, qemu, screens, sound, tmux,
 };
 
 /// A check: reads and adds to the bench.
@@ -326,7 +326,8 @@ fn host_tests(bench: &mut Bench<'_>) -> Result<Outcome> {
     )))
 }
 
-/// `rarma` with the feature that needs a library of the system, and on cards that are files.
+/// `rarma` with the feature that needs a library of the system, on cards that are files, and what is
+/// seen of it on a screen.
 fn sound_card(bench: &mut Bench<'_>) -> Result<Outcome> {
     if let Err(failure) = sound::ensure_card_library() {
         return Ok(Outcome::Skipped(failure.to_string()));
@@ -335,6 +336,8 @@ fn sound_card(bench: &mut Bench<'_>) -> Result<Outcome> {
     let mut tests = bench.cargo(&["test", "--release", "--test", "sound_card"]);
     tests.args(process::HOST).args(with);
     bench.pass_if(tests.env("RARMA_REQUIRE_SOUND_CARD", "1"))?;
+    let program = bench.workspace.target_dir().join("release/rarma");
+    screens::usual(bench.workspace, program)?;
     // The clippy of everything sees the plant's commands; this one sees `rarma` without them.
     let mut clippy = bench.cargo(&["clippy", "--package", "rarma-cli"]);
     clippy.args(with).args(["--", "--deny", "warnings"]);
