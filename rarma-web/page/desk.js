@@ -33,8 +33,8 @@ function tell(end = false) {
 
 function ended() {
   tell(true);
-  const advice = json(core.wasm.advice());
-  postMessage({ ended: json(core.wasm.summary()), advice, dropped_s: recording?.dropped_s ?? 0 });
+  const [advice, headline] = [json(core.wasm.advice()), json(core.wasm.headline())];
+  postMessage({ ended: json(core.wasm.summary()), headline, advice, dropped_s: recording?.dropped_s ?? 0 });
 }
 
 // What the audio thread hands on.

@@ -2,14 +2,8 @@
 
 import { words_for } from './words.js';
 
-// Alarms and times as the command words them.
-export function headline({ alarms, samples, fs }) {
-  if (alarms.length === 0) return `No chatter in ${(samples / fs).toFixed(2)} s.`;
-  const [first] = alarms;
-  const until = first.off == null ? 'to the end' : `to ${first.off.toFixed(3)} s`;
-  const more = alarms.length > 1 ? ` And ${alarms.length - 1} times more.` : '';
-  return `Chatter at ${first.f.toFixed(1)} Hz from ${first.on.toFixed(3)} s ${until}.${more}`;
-}
+// What the report calls bad, careful, good and unknown: the state it is drawn as.
+export const STATES = { bad: 'chatter', careful: 'warning', good: 'stable', unknown: 'invalid' };
 
 export class Listening {
   // `show` gets what the worker says; `list` is where it stands afterwards.
@@ -37,8 +31,8 @@ export class Listening {
     if (data.heard) this.last = data.heard;
     if (data.ended) {
       this.summary = data.ended;
-      this.item.dataset.state = data.ended.alarms.length > 0 ? 'chatter' : 'stable';
-      this.entry(headline(data.ended), true);
+      this.item.dataset.state = STATES[data.headline.tone];
+      this.entry(`${data.headline.text}.`, true);
     }
     this.show(this, data);
   }

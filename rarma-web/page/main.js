@@ -1,6 +1,6 @@
 // The page: what is pressed, dropped and shown.
 
-import { Listening } from './listening.js';
+import { Listening, STATES } from './listening.js';
 import { Microphone, can_listen, inputs } from './microphone.js';
 import { Pictures } from './pictures.js';
 import { not_opened, words_for } from './words.js';
@@ -20,6 +20,8 @@ let program = null;
 let now = null;
 export let microphone = null;
 let opened = 0;
+// The number of the listening for which a microphone is being asked for.
+let asking = 0;
 let silent_said = false;
 
 // The program, read once.
@@ -128,6 +130,7 @@ function show(listening_, data) {
   }
   if (data.scale) {
     now.fs = data.fs;
+    if (data.scale.warning) say(`${now.name}: ${data.scale.warning}; choose another microphone.`, 'rate', true);
     pictures.begin(data.scale, data.samples < 0 ? null : data.samples / data.fs);
   }
   if (data.heard) {
@@ -150,11 +153,11 @@ async function advise({ alarms_so_far }) {
   if (asked === now) at('advice').textContent = advice.join(' ');
 }
 
-function ended({ ended, advice, dropped_s }) {
+function ended({ ended, headline, advice, dropped_s }) {
   at('advice').textContent = advice.join(' ');
   if (dropped_s > 0) say(words_for.dropped(dropped_s));
-  const chatter = ended.alarms.length > 0;
-  verdict(chatter ? 'chatter' : 'stable', chatter ? 'chatter' : 'no chatter', now.item.children[1].textContent);
+  const words = { bad: 'chatter', careful: 'warning', good: 'no chatter', unknown: 'no verdict' };
+  verdict(STATES[headline.tone], words[headline.tone], `${headline.text}.`);
   at('time').textContent = `${(ended.samples / ended.fs).toFixed(1)} s heard, and at an end.`;
   listening(false);
 }
@@ -174,8 +177,12 @@ function forgotten(listening_) {
 }
 
 // The audio thread says something.
-function hear({ heard, blocks, refused: why, paused }) {
+function hear({ heard, blocks, refused: why, paused, slept_s }) {
   if (paused) say(words_for.paused, 'paused');
+  if (slept_s && microphone) {
+    say(words_for.slept(slept_s), 'gone', true);
+    stop();
+  }
   if (why) say(decoder.decode(why), 'refused', true);
   if (!heard || !now) return;
   const told_now = JSON.parse(decoder.decode(heard));
@@ -198,6 +205,7 @@ export async function listen() {
   if (!can_listen()) return say(words_for.no_listening, 'refused', true);
   listening(true);
   const mine = (opened += 1);
+  asking = mine;
   try {
     await loaded();
     const session = begin('microphone');
@@ -207,7 +215,10 @@ export async function listen() {
       say(text, 'gone', true);
       stop();
     };
-    microphone = await Microphone.open({ ...wanted, hear, gone });
+    const there = await Microphone.open({ ...wanted, hear, gone });
+    // Stopped meanwhile, while the browser asked.
+    if (mine !== opened) return await there.stop();
+    microphone = there;
     session.name = microphone.name;
     session.entry('listening …');
     const names = microphone.interference();
@@ -216,6 +227,8 @@ export async function listen() {
   } catch (why) {
     if (mine !== opened) return;
     refused(not_opened(why));
+  } finally {
+    if (asking === mine) asking = 0;
   }
 }
 
@@ -224,13 +237,16 @@ export async function stop() {
   at('stop').disabled = true;
   const ending = microphone;
   microphone = null;
-  if (ending) await ending.stop();
-  else now?.worker.postMessage({ stop: true });
+  if (ending) return await ending.stop();
+  if (!asking) return now?.worker.postMessage({ stop: true });
+  opened += 1;
+  asking = 0;
+  refused(words_for.not_begun);
 }
 
 // Chosen or dropped: a file.
 export async function open(file) {
-  if (microphone) return say('Press Stop first, then open the file.', 'refused', true);
+  if (microphone || asking) return say('Press Stop first, then open the file.', 'refused', true);
   if (!fields_are_good()) return;
   listening(true);
   opened += 1;
@@ -255,7 +271,7 @@ export async function open(file) {
 
 function is_wav(bytes) {
   const first = String.fromCharCode(...new Uint8Array(bytes, 0, Math.min(4, bytes.byteLength)));
-  return first === 'RIFF' || first === 'RF64' || first === 'RIFX';
+  return first === 'RIFF' || first === 'RF64';
 }
 
 async function decoded(name, bytes) {

@@ -6,6 +6,9 @@ export const words_for = {
   gone: 'The microphone has gone away. Connect it again and press Listen; what was heard until then is in the list below.',
   audio_thread:
     'The browser has ended the audio thread. Press Listen again; what was heard until then is in the list below.',
+  slept: (s) =>
+    `The computer has slept for ${s < 120 ? `${s.toFixed(0)} s` : `${(s / 60).toFixed(0)} min`}. Press Listen to go on; what was heard until then is in the list below.`,
+  not_begun: 'Stopped before the microphone was there: nothing was heard.',
   paused: 'The browser has paused the sound (a call, a locked screen?). What is not heard meanwhile is counted as missing.',
   silent: (s) =>
     `Nothing but silence for ${s} s: unmute the input, turn its gain up, check its cable, or choose another one.`,
@@ -18,7 +21,8 @@ export const words_for = {
   undecodable: (name) =>
     `${name}: the browser finds no sound in it that it can decode (a video without sound, another kind of file, or one that is cut short). Convert it to WAV and open that.`,
   empty: (name) => `${name}: the file is empty. Copy it again, or record again.`,
-  resampled: (name, fs) => `${name}: decoded by the browser at ${fs} Hz.`,
+  resampled: (name, fs) =>
+    `${name}: decoded by the browser at ${fs} Hz. If it was compressed with loss (m4a, mp3, ogg, most videos), what is quiet beside loud lines may be missing: damping and weak modes are less certain than of a WAV.`,
   one_channel: (channels) => `The file has ${channels} channels; the first is listened to.`,
   worker: (why) => `A defect of the page: ${why}. Reload it, once what you need is saved.`,
 };

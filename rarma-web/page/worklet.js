@@ -6,6 +6,8 @@ import { Core, LIVE } from './core.js';
 const HANDFUL = 2048;
 // The page is told this often, s, and at once where it matters.
 const TELL_S = 0.1;
+// A gap of so long, s, is no gap: the computer has slept.
+const SLEPT_S = 60;
 
 class Ear extends AudioWorkletProcessor {
   constructor({ processorOptions: { program, settings } }) {
@@ -42,9 +44,13 @@ class Ear extends AudioWorkletProcessor {
     if (measure) this.port.postMessage({ measured: this.measured(measure) });
     if (stop) {
       this.handOn();
-      this.tell();
-      this.toDesk({ end: true });
       this.stopped = true;
+      // It ends, also where there is nothing more to tell.
+      try {
+        this.tell();
+      } finally {
+        this.toDesk({ end: true });
+      }
     }
   }
 
@@ -79,6 +85,10 @@ class Ear extends AudioWorkletProcessor {
   // So many samples never came.
   lost(samples) {
     if (!(samples > 0)) return;
+    if (samples > SLEPT_S * sampleRate) {
+      this.port.postMessage({ slept_s: samples / sampleRate });
+      return;
+    }
     this.handOn();
     this.core.wasm.missing(samples);
     this.toDesk({ missing: samples });

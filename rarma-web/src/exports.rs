@@ -184,6 +184,15 @@ pub extern "C" fn summary() -> i32 {
     })
 }
 
+/// Answers with the closing record in words ([`InWords`](crate::InWords)).
+#[unsafe(no_mangle)]
+pub extern "C" fn headline() -> i32 {
+    with(|room| {
+        let told = room.session().and_then(|session| session.headline());
+        room.told(told)
+    })
+}
+
 /// Answers with what to do about the last alarm: a list of sentences.
 #[unsafe(no_mangle)]
 pub extern "C" fn advice() -> i32 {

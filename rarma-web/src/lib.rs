@@ -30,4 +30,4 @@ pub use filler::{Filler, Piece};
 pub use session::Session;
 pub use settings::Settings;
 pub use spectrum::Spectrum;
-pub use view::{Gaps, Heard, LevelView, Point, Scale};
+pub use view::{Gaps, Heard, InWords, LevelView, Point, Scale};

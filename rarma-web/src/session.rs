@@ -3,12 +3,13 @@
 use crate::ear::{Ear, Said};
 use crate::pictures::Pictures;
 use crate::settings::Settings;
-use crate::view::{Heard, Scale};
+use crate::view::{Heard, InWords, Scale};
 use rarma_cli::Failure;
 use rarma_cli::advice::{missing_words, sentences};
 use rarma_cli::collect::News;
 use rarma_cli::record::{Alarm, Line, State, Summary};
 use rarma_cli::report::{self, Provenance, ReportInput};
+use rarma_cli::sound_card::rate_warning;
 use rarma_core::monitor::MonitorConfig;
 use std::time::{Duration, SystemTime};
 
@@ -24,6 +25,7 @@ pub struct Session {
     last: Option<Line>,
     alarms: Vec<Alarm>,
     alarms_so_far: u64,
+    live: bool,
 }
 
 impl Session {
@@ -44,6 +46,7 @@ impl Session {
             last: None,
             alarms: Vec::new(),
             alarms_so_far: 0,
+            live,
             settings,
         })
     }
@@ -112,6 +115,7 @@ impl Session {
             step_s: spectrum.step_s(),
             band_hz: self.settings.band_hz(),
             threshold: self.threshold(),
+            warning: rate_warning(self.settings.fs).filter(|_| self.live),
         })
     }
 
@@ -125,6 +129,18 @@ impl Session {
     /// None but a defect of this program.
     pub fn summary(&self) -> Result<Summary, Failure> {
         self.ear.summary()
+    }
+
+    /// The closing record in words, as the report says it.
+    ///
+    /// # Errors
+    /// As [`summary`](Self::summary).
+    pub fn headline(&self) -> Result<InWords, Failure> {
+        let (tone, text) = report::headline(&self.summary()?);
+        Ok(InWords {
+            tone: tone.class(),
+            text,
+        })
     }
 
     /// What to do about the last alarm, a sentence each; nothing without an alarm.

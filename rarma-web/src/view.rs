@@ -30,8 +30,17 @@ impl Gaps {
     }
 }
 
+/// A run in a line.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct InWords {
+    /// How bad the news is: `bad`, `careful`, `good`, `unknown`.
+    pub tone: &'static str,
+    /// The line, without a full stop.
+    pub text: String,
+}
+
 /// The scales of the pictures.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Scale {
     /// Values of a column.
     pub rows: usize,
@@ -43,6 +52,8 @@ pub struct Scale {
     pub band_hz: (f64, f64),
     /// Damping ratio below which a mode counts as undamped, 1.
     pub threshold: f64,
+    /// What the rate of live sound means, where it is one of telephones.
+    pub warning: Option<String>,
 }
 
 /// The modes at one instant, for the pictures.

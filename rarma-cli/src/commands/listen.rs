@@ -87,7 +87,9 @@ fn begin(args: &ListenArgs, live: &Live, levels: &[Level]) -> Result<(), Failure
         choice.rate_hz, choice.channels, choice.form
     );
     if let Some(warning) = sound_card::rate_warning(live.fs()) {
-        eprintln!("{name}: Warning: {warning}");
+        eprintln!(
+            "{name}: Warning: {warning}; choose an input that is no headset's, or --fs 48000"
+        );
     }
     for (channel, level) in &heard {
         eprintln!("{name}: channel {channel}: {level}, over {} s", args.check);

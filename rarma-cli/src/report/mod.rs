@@ -34,6 +34,7 @@ pub use course::Course;
 pub use provenance::Provenance;
 pub use sound::Sound;
 pub use tables::{damping_words, reason_words};
+pub use words::{Tone, headline};
 
 use crate::advice::Missing;
 use crate::failure::Failure;

@@ -1,21 +1,25 @@
 //! The verdict in words, and what one has to know to read the pictures.
 
 use super::{Scene, tables};
-use crate::record::{Alarm, NoticeKind, State, TachoFault};
+use crate::record::{Alarm, NoticeKind, State, Summary, TachoFault};
 use rarma_pictures::text::{escape, hertz, instant, percent, seconds};
 
 /// How bad the news is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Tone {
+pub enum Tone {
+    /// It chattered.
     Bad,
+    /// There were warnings.
     Careful,
+    /// It did not chatter.
     Good,
+    /// Nothing can be said.
     Unknown,
 }
 
 impl Tone {
     /// Name for the style sheet.
-    pub(super) fn class(self) -> &'static str {
+    pub fn class(self) -> &'static str {
         match self {
             Self::Bad => "bad",
             Self::Careful => "careful",
@@ -42,14 +46,13 @@ pub(super) struct Verdict {
     pub(super) details: Vec<String>,
 }
 
-/// The run in words a machinist can act on.
-pub(super) fn verdict(scene: &Scene<'_>) -> Verdict {
-    let summary = scene.job.summary;
+/// A run in a line, without a full stop.
+pub fn headline(summary: &Summary) -> (Tone, String) {
     let spent = |state| summary.state_seconds.get(&state).copied().unwrap_or(0.0);
     let total: f64 = summary.state_seconds.values().sum();
     let cutting = spent(State::Stable) + spent(State::Warning) + spent(State::Chatter);
     let invalid = spent(State::Invalid);
-    let (tone, headline) = match summary.alarms.as_slice() {
+    match summary.alarms.as_slice() {
         [] if spent(State::Chatter) > 0.0 => {
             let t = seconds(spent(State::Chatter));
             (
@@ -95,7 +98,15 @@ pub(super) fn verdict(scene: &Scene<'_>) -> Verdict {
                 instant(first.on)
             ),
         ),
-    };
+    }
+}
+
+/// The run in words a machinist can act on.
+pub(super) fn verdict(scene: &Scene<'_>) -> Verdict {
+    let summary = scene.job.summary;
+    let (tone, headline) = headline(summary);
+    let invalid = summary.state_seconds.get(&State::Invalid).copied();
+    let invalid = invalid.unwrap_or(0.0);
     let mut details = Vec::new();
     details.extend(damping(scene));
     if invalid > 0.0 && tone != Tone::Unknown {

@@ -111,16 +111,16 @@ pub fn choose(offers: &[Offer], rate_hz: Option<f64>, channels: usize) -> Result
         .ok_or_else(|| "it offers nothing that can be read".to_owned())
 }
 
-/// What a rate means for those who listen to a machine, where it is one of telephones.
+/// What a rate means for those who listen to a machine, where it is one of telephones: what is lost.
 pub fn rate_warning(fs: f64) -> Option<String> {
     if fs <= CALL_HZ {
         Some(format!(
-            "{fs} Hz is the rate of a telephone call: nothing above {:.0} Hz is heard, and what makes calls clear (noise suppression, automatic gain) takes the machine's sound away; choose an input that is no headset's, or --fs 48000",
+            "{fs} Hz is the rate of a telephone call: nothing above {:.0} Hz is heard, and what makes calls clear (noise suppression, automatic gain) takes the machine's sound away",
             fs / 2.0 * 0.85
         ))
     } else if fs <= WIDE_CALL_HZ {
         Some(format!(
-            "{fs} Hz is the rate of a headset in a call: noise suppression and automatic gain may be on; choose another input, or --fs 48000"
+            "{fs} Hz is the rate of a headset in a call: noise suppression and automatic gain may be on"
         ))
     } else {
         None

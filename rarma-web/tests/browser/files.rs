@@ -5,7 +5,11 @@ use crate::page::Page;
 use crate::sound::Sound;
 use crate::{demonstration, told};
 use serde_json::Value;
+use std::env;
 use std::fs;
+use std::path::Path;
+use std::process::Command;
+use xtask::process::find_program;
 
 #[test]
 fn a_file_is_heard_as_the_command_hears_it_and_what_is_none_is_refused_with_words() {
@@ -85,6 +89,47 @@ fn a_file_is_heard_as_the_command_hears_it_and_what_is_none_is_refused_with_word
     let message = page.text("messages");
     assert!(message.contains("half.wav: "), "{message}");
 
+    // What telephones write is decoded by the browser, however it is given to the page.
+    let mut listed = 2;
+    if find_program("ffmpeg").is_none() {
+        let required = env::var("RARMA_REQUIRE_FFMPEG").is_ok_and(|value| value == "1");
+        assert!(
+            !required,
+            "{test}: no ffmpeg, and skipping is not allowed here"
+        );
+        println!("SKIPPED: what telephones write: no ffmpeg on this machine");
+    } else {
+        for name in [
+            "phone.m4a",
+            "phone.mp3",
+            "phone.flac",
+            "phone.ogg",
+            "phone.mp4",
+        ] {
+            let path = folder.path().join(name);
+            encode(&file, &path);
+            page.drop_file(name, &fs::read(&path).expect("encoded"));
+            listed += 1;
+            let waits = format!(
+                "document.querySelectorAll('#heard li').length === {listed} && !document.getElementById('heard').innerText.includes('listening')"
+            );
+            page.browser.wait(name, &waits, 60.0);
+            let alarms = page.newest("now.summary.alarms");
+            let of = |alarms: &Value, key: &str| alarms[0][key].as_f64().unwrap_or(f64::NAN);
+            println!("{name}: {alarms}");
+            assert!(
+                (of(&alarms, "f") - of(&expected, "f")).abs() < 1.0,
+                "{name}"
+            );
+            assert!(
+                (of(&alarms, "on") - of(&expected, "on")).abs() < 0.8,
+                "{name}"
+            );
+            let message = page.text("messages");
+            assert!(message.contains("decoded by the browser"), "{message}");
+        }
+    }
+
     // No permission: said, with what to do, and nothing is lost.
     page.press("listen");
     page.browser.wait(
@@ -95,7 +140,7 @@ fn a_file_is_heard_as_the_command_hears_it_and_what_is_none_is_refused_with_word
     assert_eq!(
         page.browser
             .value("document.querySelectorAll('#heard li').length"),
-        2
+        listed
     );
     // No device, and one that another program holds.
     for (name, says) in [
@@ -109,4 +154,59 @@ fn a_file_is_heard_as_the_command_hears_it_and_what_is_none_is_refused_with_word
         let waits = format!("document.getElementById('messages').innerText.includes('{says}')");
         page.browser.wait(name, &waits, 20.0);
     }
+    // Stopped while the browser still asks: what it grants then is let go.
+    page.browser.value(
+        "globalThis.give = null; navigator.mediaDevices.getUserMedia = () => new Promise((go) => { globalThis.give = go; }); 0",
+    );
+    page.press("listen");
+    page.browser.wait("asked", "globalThis.give !== null", 20.0);
+    page.drop_file("meanwhile.wav", &bytes);
+    assert!(page.text("messages").contains("Press Stop first"));
+    page.press("stop");
+    assert!(page.text("messages").contains("nothing was heard"));
+    page.browser.value(
+        "globalThis.granted = new AudioContext().createMediaStreamDestination().stream; globalThis.give(globalThis.granted); 0",
+    );
+    page.browser.wait(
+        "let go",
+        "globalThis.granted.getTracks().every((track) => track.readyState === 'ended')",
+        20.0,
+    );
+    assert_eq!(
+        page.browser.value(
+            "[document.getElementById('listen').disabled, document.getElementById('stop').disabled, document.querySelectorAll('#heard li').length].join()"
+        ),
+        format!("false,true,{listed}")
+    );
+}
+
+/// As telephones do it.
+fn encode(from: &Path, to: &Path) {
+    let mut ffmpeg = Command::new("ffmpeg");
+    ffmpeg
+        .args(["-loglevel", "error", "-nostdin", "-y", "-i"])
+        .arg(from);
+    match to.extension().and_then(|e| e.to_str()) {
+        Some("mp4") => ffmpeg
+            .args(["-f", "lavfi", "-i", "color=size=64x64:rate=10"])
+            .args([
+                "-shortest",
+                "-map",
+                "0:a",
+                "-map",
+                "1:v",
+                "-c:v",
+                "mpeg4",
+                "-c:a",
+                "aac",
+            ]),
+        Some("ogg") => ffmpeg.args(["-c:a", "libvorbis"]),
+        _ => &mut ffmpeg,
+    };
+    let done = ffmpeg.arg(to).output().expect("ffmpeg");
+    assert!(
+        done.status.success(),
+        "{}",
+        String::from_utf8_lossy(&done.stderr)
+    );
 }

@@ -3,6 +3,7 @@
 use crate::chromium::Microphone;
 use crate::page::Page;
 use crate::{demonstration, told};
+use serde_json::json;
 
 #[test]
 fn it_works_offline_on_a_narrow_screen_in_the_dark_and_by_keyboard() {
@@ -15,6 +16,11 @@ fn it_works_offline_on_a_narrow_screen_in_the_dark_and_by_keyboard() {
     // Every request so far went to the page's own address.
     let requests: Vec<String> = page.requests();
     assert!(requests.len() > 8, "{requests:?}");
+    // It can be installed.
+    let odd = page
+        .browser
+        .call("Page.getInstallabilityErrors", &json!({}));
+    assert_eq!(odd["installabilityErrors"], json!([]), "{odd}");
     // Without a server, all of it comes from what was kept, and a file can be heard.
     page.server = None;
     page.reload();

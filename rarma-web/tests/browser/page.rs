@@ -102,6 +102,14 @@ impl Page {
         );
     }
 
+    /// Drops a file on it.
+    pub fn drop_file(&mut self, name: &str, bytes: &[u8]) {
+        let data = base64::Engine::encode(&base64::engine::general_purpose::STANDARD, bytes);
+        self.browser.value(&format!(
+            "{{const bytes = Uint8Array.from(atob('{data}'), (c) => c.charCodeAt(0)); const data = new DataTransfer(); data.items.add(new File([bytes], '{name}')); document.body.dispatchEvent(new DragEvent('drop', {{dataTransfer: data, bubbles: true, cancelable: true}})); 0}}"
+        ));
+    }
+
     /// The newest listening: an expression of what the page itself keeps of it.
     pub fn newest(&mut self, what: &str) -> Value {
         self.browser.value(&format!(

@@ -4,7 +4,7 @@
 use super::stages::Bench;
 use super::summary::Outcome;
 use crate::toolchain::packages;
-use crate::{Result, process, web};
+use crate::{Result, process, sound, web};
 
 /// What Debian calls the browser, and its program.
 const BROWSER: &str = "chromium";
@@ -25,6 +25,7 @@ pub(super) fn check(bench: &mut Bench<'_>) -> Result<Outcome> {
     {
         return Ok(Outcome::Partly(format!("built, but {failure}")));
     }
+    let encoder = sound::ensure_encoder();
     let mut tests = bench.cargo(&["test", "--release"]);
     tests
         .args(process::HOST)
@@ -39,9 +40,15 @@ pub(super) fn check(bench: &mut Bench<'_>) -> Result<Outcome> {
         ])
         .env("RARMA_WEB_PAGE", page.folder())
         .env("RARMA_REQUIRE_BROWSER", "1");
+    if encoder.is_ok() {
+        tests.env("RARMA_REQUIRE_FFMPEG", "1");
+    }
     if bench.long() {
         tests.env("RARMA_PASSES", LONG_PASSES);
     }
     bench.pass_if(&mut tests)?;
-    Ok(Outcome::Passed(page.description()))
+    Ok(match encoder {
+        Ok(()) => Outcome::Passed(page.description()),
+        Err(failure) => Outcome::Partly(failure.to_string()),
+    })
 }
