@@ -63,7 +63,7 @@ impl Rarma {
         }
     }
 
-    /// Starts the program with its standard input and output in hand.
+    /// Starts the program with its standard input and output in hand; its standard error is the child's.
     ///
     /// # Panics
     /// It cannot be started.
@@ -75,7 +75,7 @@ impl Rarma {
             .args(arguments)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
-            .stderr(Stdio::null())
+            .stderr(Stdio::piped())
             .spawn()
             .expect("the program");
         let stdin = child.stdin.take().expect("its standard input");
@@ -88,6 +88,17 @@ fn all(mut pipe: impl Read) -> String {
     let mut text = String::new();
     pipe.read_to_string(&mut text).expect("UTF-8 on a pipe");
     text
+}
+
+/// Interrupts a program, as Ctrl-C does.
+///
+/// # Panics
+/// The system knows no `kill`.
+pub fn interrupt(child: &Child) {
+    let sent = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(sent.expect("kill").success());
 }
 
 /// Waits for the end; the exit code, and the most memory held, bytes.

@@ -2,10 +2,12 @@
 //! same memory, and says things as they come.
 
 use host_tests::files::{Folder, HEADER};
-use host_tests::piped::{Workday, endless_header};
+use host_tests::piped::{Workday, endless_header, interrupt};
 use host_tests::rarma;
-use std::io::Write;
+use std::fs::File;
+use std::io::{BufRead, BufReader, BufWriter, Write};
 use std::path::Path;
+use std::time::Instant;
 
 /// Most memory of a run, bytes.
 const MOST: u64 = 60_000_000;
@@ -71,6 +73,49 @@ fn the_day_holds_chatter_at_its_full_rate() {
 #[ignore = "a day of 48 kHz: half an hour of work"]
 fn memory_does_not_grow_with_length_long() {
     equal(48_000.0, 3_600.0, 86_400.0);
+}
+
+/// What a file takes that is read twice, and how soon it and a pipe say something.
+#[test]
+fn a_recording_of_200_mb_takes_as_much_memory_as_one_of_20_mb() {
+    const FS_HZ: f64 = 48_000.0;
+    let folder = Folder::default();
+    let of = |megabytes: f64| {
+        let path = folder.path().join(format!("{megabytes}.wav"));
+        let mut file = BufWriter::new(File::create(&path).expect("a file"));
+        let seconds = 1e6 * megabytes / (2.0 * FS_HZ);
+        let written = Workday::new(FS_HZ).write(seconds, &mut file);
+        written.and_then(|()| file.flush()).expect("written");
+        let listen = ["monitor", path.to_str().expect("UTF-8"), "--json"];
+        let first_s = first_line_s(listen, None);
+        let fed = rarma!().fed(listen, false, |_| Ok(()));
+        assert_eq!(fed.ended.code, Some(1), "{}", fed.ended.stderr);
+        eprintln!(
+            "{megabytes} MB: {:.1} MB of memory, first line after {first_s:.2} s",
+            1e-6 * fed.peak_bytes as f64
+        );
+        fed.peak_bytes
+    };
+    let (short, long) = (of(20.0), of(200.0));
+    let mut second = Vec::new();
+    Workday::new(FS_HZ).write(1.0, &mut second).expect("bytes");
+    let piped_s = first_line_s(["monitor", "-", "--json"], Some(second));
+    eprintln!("a pipe: first line after {piped_s:.2} s");
+    assert_equal(short, long);
+}
+
+/// Time until it says something, s.
+fn first_line_s(arguments: [&str; 3], sound: Option<Vec<u8>>) -> f64 {
+    let begun = Instant::now();
+    let (mut child, mut pipe, mut lines) = rarma!().talking(arguments);
+    if let Some(sound) = sound {
+        pipe.write_all(&sound).expect("it listens");
+        pipe.flush().expect("it listens");
+    }
+    assert!(lines.next().is_some_and(|line| line.contains("\"state\"")));
+    let first_s = begun.elapsed().as_secs_f64();
+    child.kill().and_then(|()| child.wait()).expect("killed");
+    first_s
 }
 
 /// Samples of a short cut, and the WAV of it.
@@ -143,6 +188,41 @@ fn lines_come_while_the_pipe_is_open() {
     drop(pipe);
     assert!(lines.any(|line| line.starts_with("{\"summary\"")));
     assert!(child.wait().expect("its end").code().is_some());
+}
+
+/// An endless stream has no other end than Ctrl-C: what was heard until then counts.
+#[test]
+fn a_pipe_that_stalls_is_told_of_and_an_interrupt_ends_it_in_order() {
+    let folder = Folder::default();
+    let page = folder.path().join("page");
+    let report = page.to_str().expect("UTF-8");
+    let (mut child, mut pipe, lines) =
+        rarma!().talking(["monitor", "-", "--json", "--report", report]);
+    let mut sound = Vec::new();
+    Workday::new(8_000.0)
+        .write(24.0, &mut sound)
+        .expect("bytes");
+    pipe.write_all(&sound).expect("it listens");
+    pipe.flush().expect("it listens");
+    let stderr = BufReader::new(child.stderr.take().expect("standard error"));
+    let mut said = stderr.lines().map_while(Result::ok);
+    assert!(
+        said.any(|line| line.contains("nothing has come for 2 s")),
+        "it ends without a word"
+    );
+    interrupt(&child);
+    let last = lines.last().expect("lines");
+    assert!(last.starts_with("{\"summary\""), "{last}");
+    let summary: serde_json::Value = serde_json::from_str(&last).expect("JSON");
+    assert_eq!(summary["summary"]["samples"], 24 * 8_000, "{last}");
+    assert_eq!(
+        child.wait().expect("its end").code(),
+        Some(1),
+        "it chatters"
+    );
+    let html = std::fs::read_to_string(page.join("index.html")).expect("a page");
+    assert!(html.contains("Chatter at"));
+    drop(pipe);
 }
 
 #[test]

@@ -233,6 +233,41 @@ fn a_card_and_a_file_with_the_same_samples_have_the_same_verdict() {
     assert_eq!(live[1..], lines(&of_file.stdout)[..]);
 }
 
+/// Which writes a header without a length, and ends with its pipe.
+#[test]
+fn what_arecord_writes_into_a_pipe_is_heard_as_its_file() {
+    let Some(cards) = Cards::or_skip("arecord") else {
+        return;
+    };
+    let file = cards.path("cut.wav");
+    let made = output(
+        rarma()
+            .args(["simulate", "slender-bar", "--out"])
+            .arg(&file),
+    );
+    assert!(made.status.success(), "{}", text(&made.stderr));
+    cards.plays("cut", &codes_of(&file));
+    let shell = |line: &str| {
+        let mut shell = Command::new("sh");
+        shell
+            .args(["-c", line, env!("CARGO_BIN_EXE_rarma")])
+            .env("HOME", cards.0.path())
+            .current_dir(cards.0.path());
+        output(&mut shell)
+    };
+    let arecord = "arecord -q -D cut -f S32_LE -c 2 -r 48000 -t wav";
+    let of_file = shell(&format!(
+        "{arecord} -d 3 three.wav && $0 monitor three.wav --rpm 420 --json"
+    ));
+    assert_eq!(of_file.status.code(), Some(1), "{}", text(&of_file.stderr));
+    let bytes = 44 + 3 * FS * FRAME;
+    let of_pipe = shell(&format!(
+        "{arecord} | head -c {bytes} | $0 monitor - --rpm 420 --json"
+    ));
+    assert_eq!(of_pipe.status.code(), Some(1), "{}", text(&of_pipe.stderr));
+    assert!(of_pipe.stdout == of_file.stdout);
+}
+
 #[test]
 fn what_comes_too_fast_is_missing_and_counted() {
     let Some(cards) = Cards::or_skip("too fast") else {

@@ -16,8 +16,8 @@ use crate::{Failure, Result, process};
 const ENCODER: &str = "ffmpeg";
 
 /// What a program that listens to sound cards is built with: the system's library for sound, and what
-/// finds it.
-const CARD_PACKAGES: [&str; 2] = ["libasound2-dev", "pkg-config"];
+/// finds it. And `arecord`, which its tests compare with.
+const CARD_PACKAGES: [&str; 3] = ["libasound2-dev", "pkg-config", "alsa-utils"];
 
 /// Makes sure that programs for sound cards can be built.
 ///
@@ -26,7 +26,7 @@ const CARD_PACKAGES: [&str; 2] = ["libasound2-dev", "pkg-config"];
 pub fn ensure_card_library() -> Result<()> {
     let mut asked = Command::new("pkg-config");
     asked.args(["--exists", "alsa"]);
-    if process::output(&mut asked).is_ok() {
+    if process::output(&mut asked).is_ok() && process::find_program("arecord").is_some() {
         return Ok(());
     }
     packages::install(&CARD_PACKAGES).map_err(|failure| {

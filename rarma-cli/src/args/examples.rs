@@ -31,6 +31,10 @@ const EXAMPLES: &[(&[&str], &[Example])] = &[
                 "rarma monitor run.tdms --channel 1 --rpm 1656 --teeth 6",
             ),
             (
+                "What another program plays or records: ffmpeg -i cut.mkv -f wav -, or arecord -f S16_LE -r 48000 -t wav",
+                "rarma monitor - --rpm 1656 --teeth 6",
+            ),
+            (
                 "Raw samples from a microphone that another program reads",
                 "rarma monitor - --raw s16 --fs 48000 --rpm 1656",
             ),

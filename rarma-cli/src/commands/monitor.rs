@@ -4,7 +4,7 @@
 use super::listening::Ears;
 use super::show::{Audience, Finished};
 use super::source::{About, Block, Source};
-use super::watched::{Pace, Watched};
+use super::watched::{self, Pace, Watched};
 use super::{band, process, several, show};
 use crate::advice::Reach;
 use crate::args::{InputArgs, MonitorArgs, notes_by_key};
@@ -76,9 +76,12 @@ pub(super) fn heard(args: &MonitorArgs, manner: Manner<'_>) -> Result<Finished, 
                 .to_owned(),
         ));
     }
-    let source = match &manner.watched {
-        Some(watched) if piped => Source::live(args, watched.standard_input(&args.input)?)?,
-        _ => Source::open(args)?,
+    // Beside a controller an interrupt is first of all to give back.
+    let source = if piped && manner.beside.is_none() {
+        let input = watched::standard_input(&args.input, manner.watched.as_ref())?;
+        Source::live(args, input)?
+    } else {
+        Source::open(args)?
     };
     hear(args, source, manner)
 }

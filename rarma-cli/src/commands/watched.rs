@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use crate::screen::{self, Leave, Screen, Sound};
 use crate::signals;
 use rarma_box::wire::MonitorJob;
-use rarma_recordings::input::{Stream, Until};
+use rarma_recordings::input::{Stall, Stream, Until};
 use std::io;
 use std::path::Path;
 use std::sync::Arc;
@@ -38,9 +38,8 @@ impl Watched {
         if !screen::wanted(args.screen, args.json, piped)? {
             return Ok(None);
         }
-        let enough = Arc::new(AtomicBool::new(false));
-        let (interrupted, left) = (Arc::clone(&enough), Arc::clone(&enough));
-        signals::on_interrupt(move || interrupted.store(true, Ordering::Relaxed))?;
+        let enough = enough()?;
+        let left = Arc::clone(&enough);
         let leave = Box::new(move || left.store(true, Ordering::Relaxed));
         Ok(Some(Self { enough, leave }))
     }
@@ -53,15 +52,6 @@ impl Watched {
         let wanted = screen::wanted(args.screen, args.json, false)?;
         let enough = Arc::default();
         Ok(wanted.then_some(Self { enough, leave }))
-    }
-
-    /// Standard input, which ends when somebody goes.
-    ///
-    /// # Errors
-    /// What comes is no recording.
-    pub(super) fn standard_input(&self, args: &InputArgs) -> Result<Stream, Failure> {
-        let source = Until::new(io::stdin(), Arc::clone(&self.enough));
-        Ok(Stream::piped(Box::new(source), args.known(), args.raw())?)
     }
 
     /// A recording is listened to as slowly as it was made.
@@ -93,6 +83,44 @@ impl Watched {
             threshold: job.monitor.threshold,
         };
         Screen::of_sound(sound, self.leave)
+    }
+}
+
+/// Standard input, which ends when somebody goes: whoever looks on, or an interrupt. Without
+/// somebody who looks on, a pipe that stalls is told of.
+///
+/// # Errors
+/// What comes is no recording.
+pub(super) fn standard_input(
+    args: &InputArgs,
+    watched: Option<&Watched>,
+) -> Result<Stream, Failure> {
+    let source = if let Some(watched) = watched {
+        Until::new(io::stdin(), Arc::clone(&watched.enough))
+    } else {
+        Until::new(io::stdin(), enough()?).telling(tell)
+    };
+    Ok(Stream::piped(Box::new(source), args.known(), args.raw())?)
+}
+
+/// Set once the program is to end.
+fn enough() -> Result<Arc<AtomicBool>, Failure> {
+    let enough = Arc::new(AtomicBool::new(false));
+    let interrupted = Arc::clone(&enough);
+    signals::on_interrupt(move || interrupted.store(true, Ordering::Relaxed))?;
+    Ok(enough)
+}
+
+fn tell(stall: Stall) {
+    match stall {
+        Stall::Begun(pause) => eprintln!(
+            "Warning: nothing has come for {} s; still waiting (does the program before the pipe run? Ctrl-C ends)",
+            pause.as_secs()
+        ),
+        Stall::Over(pause) => eprintln!(
+            "Warning: samples come again, after {:.1} s",
+            pause.as_secs_f64()
+        ),
     }
 }
 

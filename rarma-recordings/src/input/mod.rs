@@ -59,7 +59,7 @@ pub use speed::Speeds;
 pub use stream::{Begin, Blocks, End, Known, Raw, Stream};
 pub use structure::read as read_structure;
 pub use time::RATES_HZ;
-pub use until::Until;
+pub use until::{Stall, Until};
 pub use whole::{bytes, text};
 
 use crate::raw_streams::Gap;

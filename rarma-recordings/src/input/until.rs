@@ -1,11 +1,12 @@
-//! A pipe that is read until somebody says that it is enough, also while nothing comes.
+//! A pipe that is read until somebody says that it is enough, also while nothing comes; that
+//! nothing comes may be told.
 
 use std::io::{self, ErrorKind, Read};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Whether it is enough is looked at this often.
 const LOOK: Duration = Duration::from_millis(50);
@@ -13,6 +14,17 @@ const LOOK: Duration = Duration::from_millis(50);
 const BLOCK: usize = 1 << 16;
 /// Blocks that wait to be taken; whoever fills the pipe waits then.
 const WAITING: usize = 4;
+/// After this long without a byte it is told.
+const STALLED: Duration = Duration::from_secs(2);
+
+/// What is told of a pipe that stalls.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stall {
+    /// Nothing has come for so long.
+    Begun(Duration),
+    /// Something comes again, after so long.
+    Over(Duration),
+}
 
 /// What comes out of a source, and its end once it is enough.
 pub struct Until {
@@ -20,6 +32,7 @@ pub struct Until {
     here: Vec<u8>,
     from: usize,
     enough: Arc<AtomicBool>,
+    tell: Box<dyn FnMut(Stall) + Send>,
 }
 
 impl Until {
@@ -49,23 +62,50 @@ impl Until {
             here: Vec::new(),
             from: 0,
             enough,
+            tell: Box::new(|_| {}),
         }
+    }
+
+    /// The same, and `tell` is told of each stall of 2 s or more, once when it begins and once when it is over.
+    #[must_use]
+    pub fn telling(self, tell: impl FnMut(Stall) + Send + 'static) -> Self {
+        Self {
+            tell: Box::new(tell),
+            ..self
+        }
+    }
+
+    /// The block that comes next; none at the end, or once it is enough.
+    fn wait(&mut self) -> io::Result<Option<Vec<u8>>> {
+        let begun = Instant::now();
+        let mut stalled = false;
+        while !self.enough.load(Ordering::Relaxed) {
+            match self.blocks.recv_timeout(LOOK) {
+                Ok(block) => {
+                    if stalled {
+                        (self.tell)(Stall::Over(begun.elapsed()));
+                    }
+                    return block.map(|bytes| Some(bytes).filter(|bytes| !bytes.is_empty()));
+                }
+                Err(RecvTimeoutError::Timeout) => {
+                    if !stalled && begun.elapsed() >= STALLED {
+                        stalled = true;
+                        (self.tell)(Stall::Begun(STALLED));
+                    }
+                }
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
+        }
+        Ok(None)
     }
 }
 
 impl Read for Until {
     fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        while self.from == self.here.len() {
-            if self.enough.load(Ordering::Relaxed) {
-                return Ok(0);
-            }
-            match self.blocks.recv_timeout(LOOK) {
-                Ok(block) => (self.here, self.from) = (block?, 0),
-                Err(RecvTimeoutError::Timeout) => continue,
-                Err(RecvTimeoutError::Disconnected) => return Ok(0),
-            }
-            if self.here.is_empty() {
-                return Ok(0);
+        if self.from == self.here.len() {
+            match self.wait()? {
+                Some(block) => (self.here, self.from) = (block, 0),
+                None => return Ok(0),
             }
         }
         let n = (&self.here[self.from..]).read(bytes)?;
@@ -77,6 +117,7 @@ impl Read for Until {
 #[cfg(all(test, unix))]
 mod tests {
     use super::*;
+    use std::io::Write;
     use std::os::unix::net::UnixStream;
 
     #[test]
@@ -86,6 +127,30 @@ mod tests {
         let mut came = Vec::new();
         until.read_to_end(&mut came).expect("read");
         assert!(came == all);
+    }
+
+    #[test]
+    fn a_pipe_that_stalls_is_told_of_once_and_so_is_its_return() {
+        let (mut tap, end) = UnixStream::pair().expect("a pipe");
+        let (say, said) = mpsc::channel();
+        let mut until = Until::new(end, Arc::default()).telling(move |stall| {
+            say.send(stall).expect("the test listens");
+        });
+        let writes = thread::spawn(move || {
+            for pause in [STALLED / 2, STALLED + STALLED / 2] {
+                thread::sleep(pause);
+                tap.write_all(b"x").expect("written");
+            }
+        });
+        let mut came = Vec::new();
+        until.read_to_end(&mut came).expect("read");
+        writes.join().expect("written");
+        assert_eq!(came, b"xx");
+        let said: Vec<Stall> = said.try_iter().collect();
+        let [Stall::Begun(STALLED), Stall::Over(pause)] = said[..] else {
+            panic!("{said:?}");
+        };
+        assert!((STALLED..3 * STALLED).contains(&pause), "{pause:?}");
     }
 
     #[test]
