@@ -7,6 +7,7 @@ use host_tests::encoder::Encoder;
 use host_tests::files::Folder;
 use host_tests::rarma;
 use serde_json::Value;
+use std::ffi::OsStr;
 use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -66,19 +67,16 @@ fn vorbis_and_the_sound_of_videos_are_heard() {
     let (_, summary) = rarma!().on("monitor", &wav, OPTIONS).monitored();
     let expected = alarms(&summary);
     assert_eq!(expected.len(), 1, "{summary}");
-    let picture = "-f lavfi -i color=size=64x64:rate=10 -shortest -map 0:a -map 1:v";
-    for (name, options) in [
-        ("cut.ogg", "-c:a libvorbis -b:a 128k".to_owned()),
-        (
-            "cut.mp4",
-            format!("{picture} -c:v mpeg4 -c:a aac -b:a 128k"),
-        ),
-        (
-            "cut.mov",
-            format!("{picture} -c:v mjpeg -c:a aac -b:a 128k"),
-        ),
+    let sound = [OsStr::new("-i"), wav.as_os_str()];
+    let picture = ["-f", "lavfi", "-i", "color=size=64x64:rate=10"].map(OsStr::new);
+    let film = [&sound[..], &picture[..]].concat();
+    let both = "-shortest -map 0:a -map 1:v -c:a aac -b:a 128k -c:v";
+    for (name, input, options) in [
+        ("cut.ogg", &sound[..], "-c:a libvorbis -b:a 128k".to_owned()),
+        ("cut.mp4", &film, format!("{both} mpeg4")),
+        ("cut.mov", &film, format!("{both} mjpeg")),
     ] {
-        let path = encoder.make(&wav, &options, &folder.path().join(name));
+        let path = encoder.run(input, &options, &folder.path().join(name));
         let ended = rarma!().on("monitor", &path, OPTIONS);
         let (_, summary) = ended.monitored();
         let heard = alarms(&summary);
