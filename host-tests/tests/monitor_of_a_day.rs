@@ -202,16 +202,20 @@ fn a_pipe_that_stalls_is_told_of_and_an_interrupt_ends_it_in_order() {
     Workday::new(8_000.0)
         .write(24.0, &mut sound)
         .expect("bytes");
-    pipe.write_all(&sound).expect("it listens");
-    pipe.flush().expect("it listens");
-    let stderr = BufReader::new(child.stderr.take().expect("standard error"));
-    let mut said = stderr.lines().map_while(Result::ok);
-    assert!(
-        said.any(|line| line.contains("nothing has come for 2 s")),
-        "it ends without a word"
-    );
-    interrupt(&child);
-    let last = lines.last().expect("lines");
+    let last = std::thread::scope(|scope| {
+        // Read all the time: a pipe that is full would stop it.
+        let last = scope.spawn(move || lines.last().expect("lines"));
+        pipe.write_all(&sound).expect("it listens");
+        pipe.flush().expect("it listens");
+        let stderr = BufReader::new(child.stderr.take().expect("standard error"));
+        let mut said = stderr.lines().map_while(Result::ok);
+        assert!(
+            said.any(|line| line.contains("nothing has come for 2 s")),
+            "it ends without a word"
+        );
+        interrupt(&child);
+        last.join().expect("read")
+    });
     assert!(last.starts_with("{\"summary\""), "{last}");
     let summary: serde_json::Value = serde_json::from_str(&last).expect("JSON");
     assert_eq!(summary["summary"]["samples"], 24 * 8_000, "{last}");

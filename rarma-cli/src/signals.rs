@@ -2,6 +2,9 @@
 
 use crate::failure::Failure;
 
+/// Exit code of a program that ends at once when it is interrupted, as a shell counts it: 128 + SIGINT.
+pub const INTERRUPTED: i32 = 130;
+
 /// Who is told of an interrupt, in the order in which they asked.
 #[cfg(not(target_family = "wasm"))]
 static TOLD: std::sync::Mutex<Vec<Box<dyn FnMut() + Send>>> = std::sync::Mutex::new(Vec::new());

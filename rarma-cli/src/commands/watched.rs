@@ -4,7 +4,7 @@ use super::source::About;
 use crate::args::{InputArgs, MonitorArgs, ScreenArg};
 use crate::failure::Failure;
 use crate::screen::{self, Leave, Screen, Sound};
-use crate::signals;
+use crate::signals::{self, INTERRUPTED};
 use rarma_box::wire::MonitorJob;
 use rarma_recordings::input::{Stall, Stream, Until};
 use std::io;
@@ -103,11 +103,15 @@ pub(super) fn standard_input(
     Ok(Stream::piped(Box::new(source), args.known(), args.raw())?)
 }
 
-/// Set once the program is to end.
+/// Set once the program is to end; told twice it ends at once.
 fn enough() -> Result<Arc<AtomicBool>, Failure> {
     let enough = Arc::new(AtomicBool::new(false));
     let interrupted = Arc::clone(&enough);
-    signals::on_interrupt(move || interrupted.store(true, Ordering::Relaxed))?;
+    signals::on_interrupt(move || {
+        if interrupted.swap(true, Ordering::Relaxed) {
+            screen::end_at_once(INTERRUPTED);
+        }
+    })?;
     Ok(enough)
 }
 

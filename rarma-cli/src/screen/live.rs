@@ -12,6 +12,7 @@ use crate::args::ScreenArg;
 use crate::collect::News;
 use crate::failure::Failure;
 use crate::output::{failed, is_quiet};
+use crate::signals::INTERRUPTED;
 use rarma_box::wire::Telemetry;
 use ratatui::crossterm::event::{self, Event};
 use std::fs::File;
@@ -29,8 +30,6 @@ const SOON: Duration = Duration::from_millis(50);
 /// The drawing thread is waited for so long at the end: who reads the keys for us never comes back from a
 /// terminal that has hung up, as when a line to a far machine breaks.
 const LAST: Duration = Duration::from_secs(2);
-/// Of a program that is interrupted twice: 128 + SIGINT.
-const INTERRUPTED: i32 = 130;
 
 /// What brings a program to its end in order.
 pub(crate) type Leave = Box<dyn Fn() + Send>;

@@ -31,9 +31,7 @@ mod view;
 pub(crate) use live::{Leave, Screen, Sound, wanted};
 #[cfg(all(feature = "screen", not(target_family = "wasm")))]
 pub(crate) use model::settings;
-#[cfg(all(feature = "sound-card", not(feature = "screen")))]
-pub(crate) use none::end_at_once;
 #[cfg(not(all(feature = "screen", not(target_family = "wasm"))))]
-pub(crate) use none::{Leave, Screen, Sound, settings, wanted};
-#[cfg(all(feature = "sound-card", feature = "screen"))]
+pub(crate) use none::{Leave, Screen, Sound, end_at_once, settings, wanted};
+#[cfg(all(feature = "screen", not(target_family = "wasm")))]
 pub(crate) use terminal::end_at_once;

@@ -83,7 +83,6 @@ impl Screen {
 }
 
 /// Ends the program at once; there is nothing to give back.
-#[cfg(feature = "sound-card")]
 pub(crate) fn end_at_once(code: i32) -> ! {
     std::process::exit(code);
 }

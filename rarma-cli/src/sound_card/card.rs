@@ -5,7 +5,8 @@ use super::offer::{Choice, Form, Offer, choose};
 use super::ring::{Tap, ring};
 use super::{Input, Wish};
 use crate::failure::Failure;
-use crate::{screen, signals};
+use crate::screen;
+use crate::signals::{self, INTERRUPTED};
 use cpal::traits::{DeviceTrait, HostTrait, StreamTrait};
 use cpal::{BufferSize, Device, ErrorKind, FromSample, I24, SampleFormat, SizedSample};
 use cpal::{Stream, StreamConfig, SupportedStreamConfigRange};
@@ -16,8 +17,6 @@ use std::time::Instant;
 /// Between the audio thread and the monitor there is room for so much sound, s: a disk that
 /// hesitates does not lose any.
 const ROOM_S: f64 = 8.0;
-/// Of a program that is interrupted twice: 128 + SIGINT.
-const INTERRUPTED: i32 = 130;
 
 /// The library for sound of Linux writes what it looks for and does not find to standard error, line
 /// by line: what counts of it is in our own messages.

@@ -7,15 +7,12 @@ use crate::collect::News;
 use crate::commands::monitor::Beside;
 use crate::controller::{ActRecord, Actor, words};
 use crate::failure::Failure;
-use crate::signals;
+use crate::signals::{self, INTERRUPTED};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Instant;
-
-/// As a shell counts a program that was interrupted.
-const INTERRUPTED: i32 = 130;
 
 /// The thread that looks after the controller, as the listening sees it.
 pub(super) struct ByClock {
