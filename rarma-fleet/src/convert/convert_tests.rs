@@ -194,7 +194,10 @@ const ORDERED: &str =
     r#""act":"ordered","from":{"spindle":100.0,"feed":100.0},"to":{"spindle":90.0,"feed":90.0}"#;
 const ARRIVED: &str = r#""act":"arrived","at":{"spindle":90.0,"feed":90.0}"#;
 
-fn outcomes(text: &str) -> Vec<(u64, bool, Option<f64>, Option<bool>, Option<String>)> {
+/// Of which advice, followed, speed, helped, why.
+type Came = (u64, bool, Option<f64>, Option<bool>, Option<String>);
+
+fn outcomes(text: &str) -> Vec<Came> {
     let made = records(text, &head()).unwrap();
     assert!(made.iter().all(|r| r.check().is_ok()));
     (made.iter())
