@@ -2,6 +2,10 @@
 // Files of the tests.
 #![allow(clippy::disallowed_methods)]
 
+use rarma_cli::controller::{ActLog, Actor, Chatter, Controller, What};
+use rarma_cli::failure::Failure;
+use rarma_core::act::{ActConfig, Order, Overrides, Reading};
+use rarma_fleet::gateway::journal::{Entry, Journal, Limits};
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -223,6 +227,14 @@ fn what_other_commands_print_is_taken() {
         take("els.json", rarma(&["els", "limit", text(&uff), "--json"])),
         1
     );
+    // At rest, and over a sweep: a record each speed.
+    let rest = take("cers.json", rarma(&["cers", "run", "cers-rest", "--json"]));
+    let sweep = take(
+        "sweep.json",
+        rarma(&["cers", "run", "cers-sweep", "--json"]),
+    );
+    println!("modes: at rest {rest}, of the sweep {sweep} records");
+    assert!(rest == 1 && sweep > 5, "{rest} {sweep}");
     let wav = folder.path().join("cut.wav");
     assert!(
         rarma(&["simulate", "three-mode-chatter", "--out", text(&wav)])
@@ -240,6 +252,7 @@ fn what_other_commands_print_is_taken() {
     assert!(
         kinds.contains(&"stiffness")
             && kinds.contains(&"limits")
+            && kinds.contains(&"modes")
             && kinds.contains(&"alarm-called"),
         "{kinds:?}"
     );
@@ -344,6 +357,185 @@ fn loops_and_errors_of_the_ball_bar_are_compared() {
         said.contains("squareness of XY: +1") && said.contains("loops of XY: +3"),
         "{said}"
     );
+}
+
+/// A controller on which the chatter ends at the second speed that is turned: the first is left as soon as it is there.
+struct Turned {
+    programmed_hz: f64,
+    override_now: f64,
+}
+
+impl Controller for Turned {
+    fn range(&self) -> Option<(f64, f64)> {
+        Some((0.5, 1.5))
+    }
+
+    fn read(&mut self) -> Result<Option<Reading>, Failure> {
+        Ok(Some(Reading {
+            program_hz: self.programmed_hz,
+            actual_hz: None,
+            overrides: Overrides {
+                spindle: self.override_now,
+                feed: self.override_now,
+            },
+            operator: None,
+            running: true,
+            stopped: false,
+        }))
+    }
+
+    fn propose(&mut self, _: &[f64]) -> Result<(), Failure> {
+        Ok(())
+    }
+
+    fn order(&mut self, order: Order) -> Result<(), Failure> {
+        match order {
+            Order::Set(to) | Order::GiveBack(to) => self.override_now = to.spindle,
+            Order::Leave => {}
+        }
+        Ok(())
+    }
+
+    fn believe(&mut self, _: f64) {}
+}
+
+/// Logs of `act` itself: one without a controller, one of a policy that orders, and is heard.
+#[test]
+fn what_act_logged_becomes_advice_and_outcomes() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = folder.path().join("a.db");
+    let store = text(&store);
+    let add = |log: &Path| {
+        let words = [
+            "store",
+            "add",
+            text(log),
+            "--machine",
+            "M3",
+            "--store",
+            store,
+        ];
+        json(&[&words[..], &["--json"]].concat())
+    };
+    let answer = || {
+        let asked = json(&["store", "ask", "advice", "--store", store, "--json"]);
+        asked["answers"][0].clone()
+    };
+
+    let (wav, dry) = (
+        folder.path().join("cut.wav"),
+        folder.path().join("dry.jsonl"),
+    );
+    let made = rarma(&["simulate", "three-mode-chatter", "--out", text(&wav)]);
+    assert!(made.status.success());
+    let act = ["act", text(&wav), "--rpm", "9000", "--teeth", "3"];
+    let orders = [
+        "--controller",
+        "dry",
+        "--override",
+        "80:120",
+        "--log",
+        text(&dry),
+    ];
+    let out = rarma(&[&act[..], &orders].concat());
+    assert!(out.status.code().is_some_and(|c| c < 2), "{out:?}");
+    let logged = std::fs::read_to_string(&dry).unwrap();
+    assert!(logged.contains("would-order"), "{logged}");
+    let first = add(&dry);
+    assert!(first["new"].as_u64() >= Some(2), "{first}\n{logged}");
+    let said = answer();
+    assert!(said["advised"].as_i64() >= Some(1), "{said}");
+    assert_eq!(said["followed"], 0, "nothing was ordered: {said}");
+
+    // Again, with a run more behind it: what was there is the same.
+    let mut policy = Actor::new(
+        Box::new(Turned {
+            programmed_hz: 150.0,
+            override_now: 1.0,
+        }),
+        ActConfig::limits(true, 0.5, 1.5),
+        Chatter {
+            teeth: 3,
+            structure: None,
+            power: None,
+        },
+        Some(ActLog::open(&dry).unwrap()),
+    )
+    .unwrap();
+    let begins = What::Begins {
+        controller: "Turned".to_owned(),
+        orders: true,
+        limits: [50.0, 150.0],
+    };
+    policy.note(0.0, begins);
+    let mut arrived = 0;
+    for step in 0..1500 {
+        let t = f64::from(step) * 0.02;
+        let chatters = t > 1.0 && arrived < 2;
+        policy.heard(t, chatters.then_some(980.0));
+        policy
+            .step(t, |record| {
+                arrived += usize::from(matches!(record.what, What::Arrived { .. }));
+            })
+            .unwrap();
+    }
+    policy.end(30.0);
+    for step in 1500..1600 {
+        policy.step(f64::from(step) * 0.02, |_| ()).unwrap();
+    }
+    drop(policy);
+    let logged = std::fs::read_to_string(&dry).unwrap();
+    println!("{logged}");
+    let second = add(&dry);
+    assert_eq!(second["same"], first["new"], "{second}\n{logged}");
+    let said = answer();
+    assert_eq!(
+        [&said["followed"], &said["helped"], &said["not_helped"]],
+        [2, 1, 1],
+        "{said}\n{logged}"
+    );
+}
+
+/// "One box, no broker": what its gateway kept comes out of its journal, each record once.
+#[test]
+fn a_journal_is_taken_where_there_is_no_broker() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, store) = (folder.path().join("records.db"), folder.path().join("a.db"));
+    let store = text(&store);
+    let mut journal = Journal::open(&path, Limits::default()).unwrap();
+    let line = |seq: u64| {
+        format!(
+            r#"{{"schema":1,"box":"box-07","session":5,"seq":{seq},"machine":"M3","time":"2026-03-01T12:00:00Z","kind":"alarm-called","body":{{"f_hz":980.5,"zeta":-0.012}}}}"#
+        )
+    };
+    let entry = |line: String| Entry {
+        sender: "box-07".to_owned(),
+        verdict: false,
+        line,
+    };
+    let mut entries: Vec<Entry> = (0..5000).map(|n| entry(line(n))).collect();
+    entries.push(entry("no record".to_owned()));
+    journal.append(&entries, &[]).unwrap();
+    let add = || rarma(&["store", "add", text(&path), "--store", store, "--json"]);
+    let said = |out: &Output| String::from_utf8_lossy(&out.stderr).into_owned();
+    let running = add();
+    assert_eq!(running.status.code(), Some(4), "{}", said(&running));
+    assert!(
+        said(&running).contains("its gateway has it"),
+        "{}",
+        said(&running)
+    );
+    drop(journal);
+    for new in [5000, 0] {
+        let out = add();
+        assert_eq!(out.status.code(), Some(3), "{}", said(&out));
+        assert!(said(&out).contains("entry 5001: "), "{}", said(&out));
+        let told: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
+        assert_eq!(
+            [&told["new"], &told["same"], &told["refused"]],
+            [new, 5000 - new, 1]
+        );
+    }
 }
 
 #[test]

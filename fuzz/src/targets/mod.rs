@@ -3,6 +3,7 @@
 mod box_side;
 mod link;
 mod measurement;
+mod plant;
 mod recording;
 mod scenario;
 mod speeds;
@@ -10,7 +11,7 @@ mod words;
 
 use crate::Target;
 
-pub(crate) const ALL: [Target; 19] = [
+pub(crate) const ALL: [Target; 21] = [
     recording::WAV,
     recording::TABLE,
     recording::RAW,
@@ -30,4 +31,6 @@ pub(crate) const ALL: [Target; 19] = [
     box_side::COMMANDS,
     box_side::STORE,
     words::WORDS,
+    plant::RECORDS,
+    plant::SPARKPLUG,
 ];

@@ -43,8 +43,9 @@ pub struct StoreAddArgs {
     /// The store.
     #[command(flatten)]
     pub store: StoreArgs,
-    /// Records, one a line (`-`: standard input); or the JSON of `ldbb run`, `ldbb analyse`, `cers run`,
-    /// `cers analyse`, `els limit`, `monitor`, which need --machine and --time.
+    /// Records, one a line (`-`: standard input); the journal of a gateway that does not run; a log of `act`, which needs
+    /// --machine; or the JSON of `ldbb run`, `ldbb analyse`, `cers run`, `cers analyse`, `els limit`, `monitor`, which need
+    /// --machine and --time.
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
     /// Of which machine.

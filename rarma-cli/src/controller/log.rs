@@ -230,8 +230,8 @@ pub struct ActLog {
 
 #[derive(Serialize)]
 struct Stamped<'a> {
-    /// Seconds since 1970, UTC.
-    at: f64,
+    /// Seconds since 1970.
+    utc: f64,
     #[serde(flatten)]
     record: &'a ActRecord,
 }
@@ -255,8 +255,9 @@ impl ActLog {
     /// It cannot be written.
     pub fn add(&mut self, record: &ActRecord) -> Result<(), Failure> {
         let since = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default();
-        let at = (since.as_secs_f64() * 1e3).round() / 1e3;
-        let mut line = serde_json::to_vec(&Stamped { at, record }).map_err(std::io::Error::from)?;
+        let utc = (since.as_secs_f64() * 1e3).round() / 1e3;
+        let mut line =
+            serde_json::to_vec(&Stamped { utc, record }).map_err(std::io::Error::from)?;
         line.push(b'\n');
         let written = self.file.write_all(&line);
         Ok(written.map_err(|why| failed(&self.path, "write", &why))?)

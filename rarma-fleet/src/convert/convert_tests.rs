@@ -8,7 +8,7 @@ fn head() -> Head {
     let time = "2026-03-01T12:00:00Z".parse().unwrap();
     Head {
         machine: name("M3"),
-        time,
+        time: Some(time),
         sender: name("file"),
         tool: None,
         operator: Some(name("ada")),
@@ -99,11 +99,17 @@ fn statistics_of_a_cut_do_not_take_neighbours_for_independent() {
 fn what_is_nothing_of_ours_is_named() {
     assert_eq!(records(r#"{"a":1}"#, &head()), Err(ConvertError::Unknown));
     assert!(matches!(records("{", &head()), Err(ConvertError::Json(_))));
-    let sweep = r#"{"rpm":[0,9000],"principal_deg":1,"modes":[]}"#;
+    let sweep = r#"{"rpm":[0,9000],"sweep":{"tracks":[{"axis":"x","band_hz":[4,8],"method":"arx","points":[
+        {"rpm":510,"f":5.0,"f_sd":0.1,"zeta":0.02,"zeta_sd":0.01,"believed":false}]}]}}"#;
     assert!(matches!(
         records(sweep, &head()),
         Err(ConvertError::Nothing(_))
     ));
+    let when = Head {
+        time: None,
+        ..head()
+    };
+    assert_eq!(records(MONITOR, &when), Err(ConvertError::NoTime));
     let none = r#"{"findings":{"stiffness":null},"radius_mm":150}"#;
     assert!(
         records(none, &head())
@@ -111,4 +117,176 @@ fn what_is_nothing_of_ours_is_named() {
             .to_string()
             .contains("three forces")
     );
+}
+
+#[test]
+fn a_sweep_is_a_record_a_speed() {
+    let point = |rpm: f64, f: f64, believed: bool| {
+        format!(
+            r#"{{"t":1,"rpm":{rpm},"f":{f},"f_sd":0.5,"zeta":0.02,"zeta_sd":0.001,"crossing":null,"believed":{believed}}}"#
+        )
+    };
+    let track = |axis: &str, low: u32, method: &str, points: &[String]| {
+        let points = points.join(",");
+        format!(
+            r#"{{"axis":"{axis}","band_hz":[{low},900.0],"method":"{method}","points":[{points}]}}"#
+        )
+    };
+    let tracks = [
+        // Nearest to 1000 that is believed: 1040. To 1500: 1420, by the force, not 1500 without it.
+        track(
+            "x",
+            400,
+            "arx",
+            &[
+                point(1010.0, 501.0, false),
+                point(1040.0, 502.0, true),
+                point(1100.0, 503.0, true),
+                point(1420.0, 504.0, true),
+            ],
+        ),
+        track(
+            "x",
+            400,
+            "rarma",
+            &[point(1500.0, 510.0, true), point(2000.0, 511.0, true)],
+        ),
+        track("y", 600, "arx", &[point(2010.0, 700.0, true)]),
+    ]
+    .join(",");
+    let text = format!(r#"{{"rpm":[1000,2000],"sweep":{{"tracks":[{tracks}]}}}}"#);
+    let made = records(&text, &head()).unwrap();
+    let found: Vec<(f64, Vec<(String, f64)>)> = (made.iter())
+        .map(|r| match &r.body {
+            Body::Modes(m) => {
+                let modes = m.modes.iter().map(|m| (m.axis.to_string(), m.f_hz));
+                (m.rpm, modes.collect())
+            }
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    let x = |f| ("X".to_owned(), f);
+    assert_eq!(
+        found,
+        [
+            (1000.0, vec![x(502.0)]),
+            (1500.0, vec![x(504.0)]),
+            (2000.0, vec![x(511.0), ("Y".to_owned(), 700.0)])
+        ]
+    );
+}
+
+/// A log, a line each, of a run that began at 2026-03-01T12:00:00Z.
+fn log(begin_s: f64, lines: &[(f64, &str)]) -> String {
+    let line = |(t, rest): &(f64, &str)| {
+        let utc = 1_772_366_400.0 + begin_s + t;
+        format!("{{\"utc\":{utc},\"t\":{t},{rest}}}\n")
+    };
+    lines.iter().map(line).collect()
+}
+
+const BEGINS: (f64, &str) = (
+    0.0,
+    r#""act":"begins","controller":"Grbl","orders":true,"limits":[80.0,120.0]"#,
+);
+const PROPOSED: &str = r#""act":"proposed","f":981.2,"rpm":9000.0,"speeds":[8100.0,7650.5]"#;
+const ORDERED: &str =
+    r#""act":"ordered","from":{"spindle":100.0,"feed":100.0},"to":{"spindle":90.0,"feed":90.0}"#;
+const ARRIVED: &str = r#""act":"arrived","at":{"spindle":90.0,"feed":90.0}"#;
+
+/// Of which advice, followed, speed, helped, why.
+type Came = (u64, bool, Option<f64>, Option<bool>, Option<String>);
+
+fn outcomes(text: &str) -> Vec<Came> {
+    let made = records(text, &head()).unwrap();
+    assert!(made.iter().all(|r| r.check().is_ok()));
+    (made.iter())
+        .filter_map(|r| match &r.body {
+            Body::Outcome(o) => {
+                let why = o.why.as_ref().map(ToString::to_string);
+                Some((o.advice, o.followed, o.rpm, o.helped, why))
+            }
+            _ => None,
+        })
+        .collect()
+}
+
+#[test]
+fn a_log_of_orders_becomes_advice_and_what_came_of_it() {
+    let quiet = log(
+        0.0,
+        &[
+            BEGINS,
+            (1.5, PROPOSED),
+            (1.6, ORDERED),
+            (1.9, ARRIVED),
+            (2.2, r#""act":"quiet""#),
+            (9.0, r#""act":"ends","why":"program-end""#),
+            (9.1, r#""act":"returned""#),
+        ],
+    );
+    let made = records(&quiet, &head()).unwrap();
+    let Body::Advice(advice) = &made[0].body else {
+        panic!("{made:?}")
+    };
+    assert_eq!(
+        (advice.called, advice.rpm, advice.f_hz),
+        (None, 9000.0, 981.2)
+    );
+    assert_eq!(advice.speeds[1], crate::record::Speed::of_rpm(7650.5));
+    assert_eq!(made[1].time.to_string(), "2026-03-01T12:00:02.200000Z");
+    assert_eq!(
+        outcomes(&quiet),
+        [(0, true, Some(8100.0), Some(true), None)]
+    );
+
+    // The first speed chatters on, the second, too; then the operator takes it, before the third is there.
+    let tried = log(
+        0.0,
+        &[
+            BEGINS,
+            (1.5, PROPOSED),
+            (1.6, ORDERED),
+            (1.9, ARRIVED),
+            (3.2, PROPOSED),
+            (3.3, ORDERED),
+            (3.5, ARRIVED),
+            (4.8, PROPOSED),
+            (4.9, ORDERED),
+            (5.0, r#""act":"ends","why":"operator""#),
+        ],
+    );
+    let why = |w: &str| Some(w.to_owned());
+    assert_eq!(
+        outcomes(&tried),
+        [
+            (0, true, Some(8100.0), Some(false), None),
+            (2, true, Some(8100.0), Some(false), None),
+            (4, false, Some(9000.0), None, why("operator")),
+        ]
+    );
+
+    // Nobody turned it; of the last nothing is known yet, and of the run before the same is said as without it.
+    let dry = log(
+        0.0,
+        &[
+            BEGINS,
+            (1.5, PROPOSED),
+            (
+                1.5,
+                r#""act":"would-order","from":{"spindle":100.0,"feed":100.0},"to":{"spindle":90.0,"feed":90.0}"#,
+            ),
+        ],
+    );
+    assert_eq!(
+        outcomes(&dry),
+        [(0, false, Some(9000.0), None, why("would-order"))]
+    );
+    let grown = format!("{dry}{}", log(60.0, &[BEGINS, (2.0, PROPOSED)]));
+    let (short, long) = (records(&dry, &head()), records(&grown, &head()));
+    let (short, long) = (short.unwrap(), long.unwrap());
+    assert_eq!(long[..2], short[..]);
+    assert_eq!(long.len(), 3);
+    assert_eq!(long[2].time.to_string(), "2026-03-01T12:01:02.000000Z");
+    assert_ne!(long[2].id.session, long[0].id.session);
 }

@@ -1,8 +1,9 @@
-//! The JSON of other commands to records: `ldbb`, `cers`, `els limit`, `monitor`.
+//! The JSON of other commands to records: `ldbb`, `cers`, `els limit`, `monitor`, the log of `act`.
 //!
-//! Those objects name neither machine nor time: the caller does. Only the fields that are needed are read,
+//! Those objects name no machine, and but for the log no time: the caller does. Only the fields that are needed are read,
 //! so that those commands may say more.
 
+mod act;
 mod monitor;
 mod rigs;
 
@@ -16,8 +17,8 @@ use serde_json::Value;
 pub struct Head {
     /// Of which machine.
     pub machine: Name,
-    /// When: of a recording its first sample, of a test its end.
-    pub time: Utc,
+    /// When: of a recording its first sample, of a test its end. Not asked of a log, which tells it.
+    pub time: Option<Utc>,
     /// Who says so: the `box` of the records.
     pub sender: Name,
     /// Tool.
@@ -33,8 +34,13 @@ pub enum ConvertError {
     #[error("not JSON: {0}")]
     Json(String),
     /// JSON of something else.
-    #[error("neither records nor the JSON of `ldbb`, `cers`, `els limit` or `monitor`")]
+    #[error(
+        "neither records nor the JSON of `ldbb`, `cers`, `els limit` or `monitor`, nor a log of `act`"
+    )]
     Unknown,
+    /// It does not say when it was, and nobody else does.
+    #[error("it does not say when it was")]
+    NoTime,
     /// A field is not there, or not of its type.
     #[error("{0} is missing, or not what it is elsewhere")]
     Field(String),
@@ -46,18 +52,40 @@ pub enum ConvertError {
     Nothing(&'static str),
 }
 
-/// Records of what another command printed with `--json`.
+/// Records of what another command printed with `--json`, or of the log of `act`.
 ///
 /// They are named by the content and by what `head` tells: the same file with the same machine and time gives
-/// the same records, and is taken once.
+/// the same records, and is taken once. A log is named run by run, so that one that has grown gives the same records of
+/// what was there before.
 ///
 /// # Errors
 /// [`ConvertError`].
 pub fn records(text: &str, head: &Head) -> Result<Vec<Record>, ConvertError> {
-    let said = said(text, head)?;
-    let named = format!("{text}\n{} {} {}", head.machine, head.time, head.sender);
+    let mut values = Vec::new();
+    for value in serde_json::Deserializer::from_str(text).into_iter::<Value>() {
+        values.push(value.map_err(|e| ConvertError::Json(e.to_string()))?);
+    }
+    let first = values.first().ok_or(ConvertError::Nothing("it is empty"))?;
+    if act::is_log(first) {
+        let runs = act::runs(&values)?;
+        let named = |run: &act::Run| format!("{}\n{} {}", run.name, head.machine, head.sender);
+        let all = runs.into_iter().map(|run| (named(&run), run.said));
+        let all = all.flat_map(|(named, said)| numbered(&named, said, head));
+        return Ok(all.collect());
+    }
+    let time = head.time.ok_or(ConvertError::NoTime)?;
+    let named = format!("{text}\n{} {time} {}", head.machine, head.sender);
+    Ok(numbered(&named, said(&values, time)?, head).collect())
+}
+
+/// Records in the order in which they are said; their session is that of what names them.
+fn numbered<'a>(
+    named: &str,
+    said: Vec<(Utc, Body)>,
+    head: &'a Head,
+) -> impl Iterator<Item = Record> + use<'a> {
     let session = session_of_bytes(named.as_bytes()).min(MOST_NUMBER);
-    let record = |(seq, (time, body)): (u64, (Utc, Body))| Record {
+    let record = move |(seq, (time, body)): (u64, (Utc, Body))| Record {
         schema: SCHEMA,
         id: Id {
             sender: head.sender.clone(),
@@ -69,34 +97,33 @@ pub fn records(text: &str, head: &Head) -> Result<Vec<Record>, ConvertError> {
         clock: None,
         tool: head.tool.clone(),
         operator: head.operator.clone(),
+        // What those commands print does not hold all the settings.
         settings: None,
         firmware: Name::new(env!("CARGO_PKG_VERSION")).ok(),
         body,
     };
-    Ok((0..).zip(said).map(record).collect())
+    (0..).zip(said).map(record)
 }
 
 /// What is said, and when.
-fn said(text: &str, head: &Head) -> Result<Vec<(Utc, Body)>, ConvertError> {
-    let mut values = Vec::new();
-    for value in serde_json::Deserializer::from_str(text).into_iter::<Value>() {
-        values.push(value.map_err(|e| ConvertError::Json(e.to_string()))?);
-    }
-    let last = values.last().ok_or(ConvertError::Nothing("it is empty"))?;
+fn said(values: &[Value], time: Utc) -> Result<Vec<(Utc, Body)>, ConvertError> {
+    let last = &values[values.len() - 1];
     if last.get("summary").is_some() {
-        return monitor::said(&values, head.time);
+        return monitor::said(values, time);
     }
     let has = |names: &[&str]| names.iter().all(|name| last.get(name).is_some());
-    let body = if has(&["findings", "radius_mm"]) {
-        rigs::stiffness(last)?
+    let bodies = if has(&["findings", "radius_mm"]) {
+        vec![rigs::stiffness(last)?]
     } else if has(&["principal_deg", "modes"]) {
-        rigs::modes(last)?
+        vec![rigs::modes(last)?]
+    } else if last["sweep"]["tracks"].is_array() {
+        rigs::sweep(&last["sweep"])?
     } else if has(&["ks_n_per_mm2", "polar"]) {
-        rigs::limits(last)?
+        vec![rigs::limits(last)?]
     } else {
         return Err(ConvertError::Unknown);
     };
-    Ok(vec![(head.time, body)])
+    Ok(bodies.into_iter().map(|body| (time, body)).collect())
 }
 
 /// A number of an object.

@@ -74,9 +74,9 @@ fn of_alarm(
         let speed = |s: &Value| {
             Ok(Speed {
                 rpm: number(s, "rpm")?,
-                rpm_sd: number(s, "rpm_sd")?,
-                chance: number(s, "chance")?,
-                margin: number(s, "margin")?,
+                rpm_sd: Some(number(s, "rpm_sd")?),
+                chance: Some(number(s, "chance")?),
+                margin: Some(number(s, "margin")?),
             })
         };
         let speeds = list(advice, "speeds")?.iter().take(MOST_SPEEDS).map(speed);
@@ -85,7 +85,7 @@ fn of_alarm(
             .iter()
             .filter_map(Value::as_str);
         let body = Body::Advice(Advice {
-            called,
+            called: Some(called),
             rpm: number(advice, "rpm")?,
             f_hz: number(advice, "mode")?,
             speeds: speeds.collect::<Result<_, ConvertError>>()?,

@@ -6,6 +6,7 @@ use crate::record::{
     Stiffness, StructuralMode,
 };
 use serde_json::Value;
+use std::collections::BTreeMap;
 
 /// Of `ldbb run` and `ldbb analyse`.
 pub(super) fn stiffness(said: &Value) -> Result<Body, ConvertError> {
@@ -81,14 +82,9 @@ pub(super) fn modes(said: &Value) -> Result<Body, ConvertError> {
         .iter()
         .filter_map(Value::as_f64)
         .collect();
-    let (Some(&first), Some(&last)) = (speeds.first(), speeds.last()) else {
+    let Some(&first) = speeds.first() else {
         return Err(ConvertError::Field("rpm".to_owned()));
     };
-    if (first - last).abs() > 1.0 {
-        return Err(ConvertError::Nothing(
-            "it is a sweep: modes are kept of one speed each",
-        ));
-    }
     let found = list(said, "modes")?.iter().map(|mode| {
         Ok(StructuralMode {
             axis: Name::new(&text(mode, "axis")?.to_uppercase())?,
@@ -104,6 +100,64 @@ pub(super) fn modes(said: &Value) -> Result<Body, ConvertError> {
         return Err(ConvertError::Nothing("it has no modes"));
     }
     Ok(Body::Modes(Modes { rpm: first, modes }))
+}
+
+/// Speeds of a sweep at which modes are kept, 1/min apart: from test to test the same.
+const SPEED_STEP: f64 = 500.0;
+
+/// A mode of a track: how far from the speed of its record it was read, and what.
+type Nearest = (f64, StructuralMode);
+
+/// Of the sweep of `cers run` and `cers analyse`: one record a speed. Of each track the reading next to that speed that
+/// is believed, by the method that knows the force, else by the other.
+pub(super) fn sweep(said: &Value) -> Result<Vec<Body>, ConvertError> {
+    let tracks = list(said, "tracks")?;
+    let mut speeds: BTreeMap<i64, BTreeMap<String, Nearest>> = BTreeMap::new();
+    // What comes later takes the place of what there is of the same band.
+    for method in ["rarma", "arx"] {
+        for track in tracks.iter().filter(|t| t["method"] == method) {
+            let axis = Name::new(&text(track, "axis")?.to_uppercase())?;
+            let band = format!("{axis} {}", track["band_hz"]);
+            let mut of_track: BTreeMap<i64, Nearest> = BTreeMap::new();
+            for point in list(track, "points")? {
+                if point["believed"] != true {
+                    continue;
+                }
+                let rpm = number(point, "rpm")?;
+                let step = (rpm / SPEED_STEP).round();
+                let off = (rpm - step * SPEED_STEP).abs();
+                #[allow(clippy::cast_possible_truncation, reason = "saturates")]
+                let step = step as i64;
+                if of_track.get(&step).is_none_or(|found| off < found.0) {
+                    let mode = StructuralMode {
+                        axis: axis.clone(),
+                        f_hz: number(point, "f")?,
+                        f_sd_hz: number(point, "f_sd")?,
+                        zeta: number(point, "zeta")?,
+                        zeta_sd: number(point, "zeta_sd")?,
+                        n_per_um: None,
+                    };
+                    of_track.insert(step, (off, mode));
+                }
+            }
+            for (step, found) in of_track {
+                (speeds.entry(step).or_default()).insert(band.clone(), found);
+            }
+        }
+    }
+    if speeds.is_empty() {
+        return Err(ConvertError::Nothing(
+            "it is a sweep without a reading that is believed",
+        ));
+    }
+    #[allow(clippy::cast_precision_loss, reason = "a speed over 500")]
+    let record = |(step, modes): (i64, BTreeMap<String, Nearest>)| {
+        Body::Modes(Modes {
+            rpm: step as f64 * SPEED_STEP,
+            modes: modes.into_values().map(|(_, mode)| mode).collect(),
+        })
+    };
+    Ok(speeds.into_iter().map(record).collect())
 }
 
 /// Of `els limit`.

@@ -62,7 +62,7 @@ impl SensorBox {
             self.seq += 1;
             match &mut record.body {
                 Body::AlarmReleased(a) => a.called += first,
-                Body::Advice(a) => a.called += first,
+                Body::Advice(a) => a.called = a.called.map(|n| n + first),
                 Body::Outcome(o) => o.advice += first,
                 _ => {}
             }

@@ -126,13 +126,13 @@ fn alarm(
     let called = says.by_box(at, tool, operator, body);
     let speeds = (rng.random::<f64>() < ADVISED).then(|| Speed {
         rpm: rpm * rng.random_range(0.85..1.2),
-        rpm_sd: 60.0,
-        chance: rng.random_range(0.6..0.95),
-        margin: rng.random_range(1.2..3.0),
+        rpm_sd: Some(60.0),
+        chance: Some(rng.random_range(0.6..0.95)),
+        margin: Some(rng.random_range(1.2..3.0)),
     });
     let advised = speeds.is_some();
     let body = Body::Advice(Advice {
-        called,
+        called: Some(called),
         rpm,
         f_hz: mode.f_hz,
         speeds: speeds.into_iter().collect(),

@@ -78,16 +78,30 @@ impl MachineNow {
     /// that of the angle between direction and mode (not below 0.2: no machine is without cross talk).
     #[must_use]
     pub fn width_mm(&self, angle: f64) -> f64 {
-        let width = |m: &TrueMode| {
-            let axis = if m.axis == 'X' {
-                0.0
-            } else {
-                std::f64::consts::FRAC_PI_2
-            };
-            let part = (angle - axis).cos().powi(2).max(0.04);
-            2.0 * m.n_per_um * 1e3 * m.zeta * (1.0 + m.zeta) / (self.ks_n_per_mm2 * part)
+        (self.modes.iter())
+            .map(|m| self.width_of(m, angle))
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    fn width_of(&self, m: &TrueMode, angle: f64) -> f64 {
+        let axis = if m.axis == 'X' {
+            0.0
+        } else {
+            std::f64::consts::FRAC_PI_2
         };
-        self.modes.iter().map(width).fold(f64::INFINITY, f64::min)
+        let part = (angle - axis).cos().powi(2).max(0.04);
+        2.0 * m.n_per_um * 1e3 * m.zeta * (1.0 + m.zeta) / (self.ks_n_per_mm2 * part)
+    }
+
+    /// Frequency of the chatter beyond that width, Hz: of the mode that is the least there, f·√(1+2ζ).
+    #[must_use]
+    pub fn chatter_hz(&self, angle: f64) -> f64 {
+        let width = |m: &&TrueMode| self.width_of(m, angle);
+        let least = self
+            .modes
+            .iter()
+            .min_by(|a, b| width(a).total_cmp(&width(b)));
+        least.map_or(f64::NAN, |m| m.f_hz * (1.0 + 2.0 * m.zeta).sqrt())
     }
 
     /// That of the worst of the twelve directions that are tested.

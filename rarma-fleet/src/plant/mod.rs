@@ -24,7 +24,7 @@ mod tests;
 use crate::record::{Record, Utc};
 use boxes::SensorBox;
 use life::{Event, Life};
-use machine::Drawn;
+use machine::{Drawn, MachineNow};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use says::Says;
@@ -162,14 +162,17 @@ impl Plant {
             .collect()
     }
 
-    /// Widest stable cut of a machine on a day (from 0), mm; `None` of a machine that is not there.
+    /// A machine as it truly is on a day (from 0); `None` of one that is not there.
+    #[must_use]
+    pub fn machine(&self, name: &str, day: f64) -> Option<MachineNow> {
+        let cell = (self.cells.iter()).find(|cell| cell.drawn.name.as_str() == name)?;
+        Some(cell.life.at(&cell.drawn, day))
+    }
+
+    /// Its widest stable cut, mm.
     #[must_use]
     pub fn limit_mm(&self, machine: &str, day: f64) -> Option<f64> {
-        let cell = self
-            .cells
-            .iter()
-            .find(|cell| cell.drawn.name.as_str() == machine)?;
-        Some(cell.life.at(&cell.drawn, day).limit_mm())
+        Some(self.machine(machine, day)?.limit_mm())
     }
 
     /// Everything that arrives on the next day, in the order of arrival: what boxes that had dropped out

@@ -36,6 +36,8 @@ const HOLDER_ZETA_SD: f64 = 0.06;
 /// Deviations of the linked system, 1: stated of a direction, and of the whole test.
 const WIDTH_SD: f64 = 0.03;
 const WIDTH_SETUP_SD: f64 = 0.03;
+/// Distance of its lines, Hz.
+const LINE_HZ: f64 = 2.0;
 
 /// One test in so many is set up badly, and is off by several times the usual.
 const BAD_ONE_IN: f64 = 80.0;
@@ -152,7 +154,7 @@ fn linked(says: &mut Says, drawn: &Drawn, life: &Life, operator: &str, rng: &mut
             angle_deg,
             width_mm: width,
             sd_mm: WIDTH_SD * width,
-            chatter_hz: None,
+            chatter_hz: Some((now.chatter_hz(angle_deg.to_radians()) / LINE_HZ).round() * LINE_HZ),
         }
     });
     let body = Body::Limits(Limits {

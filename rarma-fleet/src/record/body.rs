@@ -215,19 +215,37 @@ pub struct AlarmReleased {
 pub struct Speed {
     /// The speed, 1/min.
     pub rpm: f64,
-    /// Its standard deviation, 1/min.
-    pub rpm_sd: f64,
-    /// Chance that the cut is stable there, 0 to 1.
-    pub chance: f64,
-    /// How many times deeper the cut may be there.
-    pub margin: f64,
+    /// Its standard deviation, 1/min; none where it was not told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rpm_sd: Option<f64>,
+    /// Chance that the cut is stable there, 0 to 1; none where it was not told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chance: Option<f64>,
+    /// How many times deeper the cut may be there; none where it was not told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub margin: Option<f64>,
+}
+
+impl Speed {
+    /// A speed of which nothing else is told.
+    #[must_use]
+    pub fn of_rpm(rpm: f64) -> Self {
+        Self {
+            rpm,
+            rpm_sd: None,
+            chance: None,
+            margin: None,
+        }
+    }
 }
 
 /// What to turn instead, of one alarm.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Advice {
-    /// `seq` of the record of the alarm's call, of the same box and session.
-    pub called: u64,
+    /// `seq` of the record of the alarm's call, of the same box and session; none in what tells of no alarm (the log of
+    /// `rarma act`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub called: Option<u64>,
     /// Speed at which the alarm was called, 1/min.
     pub rpm: f64,
     /// The mode that chatters, Hz.

@@ -65,12 +65,14 @@ impl Body {
                 )?;
             }
             Self::Advice(a) => {
-                number("called", a.called)?;
+                number("called", a.called.unwrap_or(0))?;
                 least_zero("rpm", &[a.rpm, a.f_hz])?;
                 few("speeds", a.speeds.len(), MOST_SHORT)?;
                 few("helps", a.helps.len(), MOST_SHORT)?;
                 for s in &a.speeds {
-                    least_zero("speeds", &[s.rpm, s.rpm_sd, s.chance, s.margin])?;
+                    let told = [s.rpm_sd, s.chance, s.margin];
+                    least_zero("speeds", &[s.rpm])?;
+                    least_zero("speeds", &told.map(|x| x.unwrap_or(0.0)))?;
                 }
             }
             Self::Outcome(o) => {

@@ -1,6 +1,6 @@
 //! Capabilities as a table of numbers: what a store keeps beside the lines, and trends read.
 
-use super::{Body, Limits, Modes, OdrStatistics, Stiffness};
+use super::{Body, DirectionLimit, Limits, Modes, OdrStatistics, Stiffness};
 
 /// What is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -19,6 +19,8 @@ pub enum Quantity {
     ModalStiffness,
     /// Widest stable cut, mm; place: the specific cutting force, `at`: the direction in degrees.
     LimitWidth,
+    /// Frequency of the chatter beyond it, Hz; place and `at` as of the width.
+    ChatterFrequency,
     /// Operational damping in cuts, 1; place: the speed (the tool is the record's), `at`: the frequency, Hz.
     CutDamping,
 }
@@ -31,7 +33,7 @@ impl serde::Serialize for Quantity {
 
 impl Quantity {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Compliance,
         Self::Hysteresis,
         Self::Error,
@@ -39,6 +41,7 @@ impl Quantity {
         Self::Damping,
         Self::ModalStiffness,
         Self::LimitWidth,
+        Self::ChatterFrequency,
         Self::CutDamping,
     ];
 
@@ -53,6 +56,7 @@ impl Quantity {
             Self::Damping => "damping",
             Self::ModalStiffness => "modal-stiffness",
             Self::LimitWidth => "limit-width",
+            Self::ChatterFrequency => "chatter-frequency",
             Self::CutDamping => "cut-damping",
         }
     }
@@ -87,7 +91,7 @@ impl Body {
     /// Its numbers; none of a verdict, an alarm, an advice or an outcome.
     #[must_use]
     pub fn readings(&self) -> Vec<Reading> {
-        match self {
+        let mut all = match self {
             Self::Stiffness(s) => of_stiffness(s),
             Self::Modes(m) => of_modes(m),
             Self::Limits(l) => of_limits(l),
@@ -97,7 +101,10 @@ impl Body {
             | Self::AlarmReleased(_)
             | Self::Advice(_)
             | Self::Outcome(_) => Vec::new(),
-        }
+        };
+        // Of a stiffness next to 0 the compliance is no number.
+        all.retain(|r| r.value.is_finite() && r.sd.is_finite());
+        all
     }
 }
 
@@ -187,15 +194,22 @@ fn of_modes(m: &Modes) -> Vec<Reading> {
 
 fn of_limits(l: &Limits) -> Vec<Reading> {
     let place = format!("{:.0}", l.ks_n_per_mm2);
-    l.directions
-        .iter()
-        .map(|d| Reading {
-            quantity: Quantity::LimitWidth,
-            place: place.clone(),
-            at: d.angle_deg,
-            value: d.width_mm,
-            sd: d.sd_mm,
-        })
+    let one = |quantity, at, value, sd| Reading {
+        quantity,
+        place: place.clone(),
+        at,
+        value,
+        sd,
+    };
+    let width = |d: &DirectionLimit| one(Quantity::LimitWidth, d.angle_deg, d.width_mm, d.sd_mm);
+    let chatter = |d: &DirectionLimit| {
+        (d.chatter_hz).map(|f| one(Quantity::ChatterFrequency, d.angle_deg, f, 0.0))
+    };
+    let directions = l.directions.iter();
+    directions
+        .clone()
+        .map(width)
+        .chain(directions.filter_map(chatter))
         .collect()
 }
 

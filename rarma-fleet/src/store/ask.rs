@@ -404,3 +404,7 @@ fn in_order(by: By, a: &str, b: &str) -> std::cmp::Ordering {
         By::Machine | By::Tool | By::Operator | By::Month => a.cmp(b),
     }
 }
+
+#[cfg(test)]
+#[path = "ask_tests.rs"]
+mod tests;

@@ -229,7 +229,7 @@ fn asked(body: &Body) -> Asked {
             ..Asked::default()
         },
         Body::Advice(a) => Asked {
-            of_seq: Some(a.called),
+            of_seq: a.called,
             f_hz: Some(a.f_hz),
             rpm: Some(a.rpm),
             speeds: i64::try_from(a.speeds.len()).ok(),

@@ -9,7 +9,11 @@ use ::postgres::config::{Host, SslMode};
 use ::postgres::types::{FromSql, IsNull, ToSql, Type};
 use ::postgres::{Client, Config, NoTls};
 use std::error::Error;
+use std::time::Duration;
 use tokio_postgres_rustls::MakeRustlsConnect;
+
+/// A server that does not answer is given up after so long.
+const WAIT: Duration = Duration::from_secs(30);
 
 /// Rows in one statement.
 const BLOCK: usize = 1000;
@@ -20,6 +24,8 @@ const WRITING: &str = "SELECT pg_advisory_xact_lock(1918989933)";
 
 /// A database.
 pub struct Postgres {
+    config: Config,
+    way: Way,
     client: Client,
 }
 
@@ -57,25 +63,49 @@ impl Postgres {
                 }
             }
         }
-        let connected = if let Way::Tls(root) = &way {
-            let tls = trusting(root).map_err(StoreError::Way)?;
-            config.ssl_mode(SslMode::Require);
-            config.connect(MakeRustlsConnect::new(tls.with_no_client_auth()))
-        } else {
-            config.ssl_mode(SslMode::Disable);
-            config.connect(NoTls)
-        };
-        let mut client = connected.map_err(|why| match StoreError::from(why) {
-            StoreError::Database(said) => {
-                let doubt = way.doubt(&said);
-                StoreError::Database(said + &doubt)
-            }
-            other => other,
-        })?;
-        // "relation exists already, skipping" is no news.
-        client.batch_execute("SET client_min_messages = warning")?;
-        Ok(Self { client })
+        let client = connected(&mut config, &way)?;
+        Ok(Self {
+            config,
+            way,
+            client,
+        })
     }
+
+    /// The connection; a new one where the last has ended: a server that was away is there again.
+    fn client(&mut self) -> Result<&mut Client, StoreError> {
+        if self.client.is_closed() {
+            self.client = connected(&mut self.config, &self.way)?;
+        }
+        Ok(&mut self.client)
+    }
+}
+
+fn connected(config: &mut Config, way: &Way) -> Result<Client, StoreError> {
+    // A network that is gone says nothing: it is not waited for for ever, unless the address says how long.
+    if config.get_connect_timeout().is_none() {
+        config.connect_timeout(WAIT);
+    }
+    if config.get_tcp_user_timeout().is_none() {
+        config.tcp_user_timeout(WAIT);
+    }
+    let connected = if let Way::Tls(root) = way {
+        let tls = trusting(root).map_err(StoreError::Way)?;
+        config.ssl_mode(SslMode::Require);
+        config.connect(MakeRustlsConnect::new(tls.with_no_client_auth()))
+    } else {
+        config.ssl_mode(SslMode::Disable);
+        config.connect(NoTls)
+    };
+    let mut client = connected.map_err(|why| match StoreError::from(why) {
+        StoreError::Database(said) => {
+            let doubt = way.doubt(&said);
+            StoreError::Database(said + &doubt)
+        }
+        other => other,
+    })?;
+    // "relation exists already, skipping" is no news.
+    client.batch_execute("SET client_min_messages = warning")?;
+    Ok(client)
 }
 
 impl ToSql for Value {
@@ -127,11 +157,11 @@ impl Backend for Postgres {
     }
 
     fn execute(&mut self, sql: &str) -> Result<(), StoreError> {
-        Ok(self.client.batch_execute(sql)?)
+        Ok(self.client()?.batch_execute(sql)?)
     }
 
     fn execute_all(&mut self, statements: &[String]) -> Result<(), StoreError> {
-        let mut transaction = self.client.transaction()?;
+        let mut transaction = self.client()?.transaction()?;
         transaction.batch_execute(WRITING)?;
         for statement in statements {
             transaction.batch_execute(statement)?;
@@ -142,14 +172,14 @@ impl Backend for Postgres {
     fn query(&mut self, sql: &str, parameters: &[Value]) -> Result<Rows, StoreError> {
         let sql = spelled(Dialect::Postgres, sql, parameters);
         let parameters: Vec<&(dyn ToSql + Sync)> = parameters.iter().map(|p| p as _).collect();
-        let rows = self.client.query(&sql, &parameters)?;
+        let rows = self.client()?.query(&sql, &parameters)?;
         rows.iter()
             .map(|row| (0..row.len()).map(|i| Ok(row.try_get(i)?)).collect())
             .collect()
     }
 
     fn insert(&mut self, rows: &[(&'static Table, Rows)]) -> Result<(), StoreError> {
-        let mut transaction = self.client.transaction()?;
+        let mut transaction = self.client()?.transaction()?;
         transaction.batch_execute(WRITING)?;
         for (table, rows) in rows {
             // Whole columns as arrays: one short statement whatever the number of rows.
@@ -190,7 +220,7 @@ impl Backend for Postgres {
     }
 
     fn put_meta(&mut self, name: &str, value: i64) -> Result<(), StoreError> {
-        self.client.execute(
+        self.client()?.execute(
             "INSERT INTO meta VALUES ($1, $2) ON CONFLICT (name) DO UPDATE SET value = excluded.value",
             &[&name, &value],
         )?;

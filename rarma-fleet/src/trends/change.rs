@@ -52,8 +52,9 @@ pub struct Change {
     pub direction_deg: Option<f64>,
     /// Standard deviation of that, degrees.
     pub direction_sd_deg: Option<f64>,
-    /// What it does to the limit of depth, percent: a_lim ∝ 2kζ(1+ζ); of a plane, in its direction. `null` of loops and
-    /// errors, which say nothing of it.
+    /// What it does to the limit depth of the whole machine, the least over all directions, percent: 0 of a mode that
+    /// is not the one that chatters. By the tests of the linked system before it; `null` where these do not say at which
+    /// frequency it chatters (stiffness: where there are none), and of loops and errors, which say nothing of it.
     pub limit_percent: Option<f64>,
     /// Gain of the change in squared residual, and what it had to reach.
     pub statistic: f64,
@@ -308,7 +309,7 @@ fn without(v: &mut [f64], basis: &[Vec<f64>]) {
     }
 }
 
-/// The changes of a series, in the order in which they were found.
+/// The changes of a series, in the order in which they were found; what they do to the limit depth is not told yet.
 #[must_use]
 pub fn changes(series: &Series, noise: &[Noise], per_year: f64) -> Vec<Change> {
     let start = series.tests.len().saturating_sub(MOST_TESTS);
@@ -374,16 +375,6 @@ fn told(
     } else {
         size.exp()
     };
-    let limit_ratio = match kind {
-        SeriesKind::Plane | SeriesKind::Limit => Some(ratio),
-        // The mass stays: k goes with f².
-        SeriesKind::Frequency => Some(ratio * ratio),
-        SeriesKind::Damping => {
-            let zeta = mean_before(tested, candidate.first).exp();
-            Some(ratio * (1.0 + zeta * ratio) / (1.0 + zeta))
-        }
-        _ => None,
-    };
     let percent = |ratio: f64| 100.0 * (ratio - 1.0);
     let unit = kind.unit();
     Change {
@@ -403,7 +394,7 @@ fn told(
         unit,
         direction_deg: best.direction.map(f64::to_degrees),
         direction_sd_deg: best.direction.map(|_| direction_sd(best)),
-        limit_percent: limit_ratio.map(percent),
+        limit_percent: None,
         statistic: best.gain,
         threshold: limit,
     }
@@ -414,12 +405,4 @@ fn told(
 fn direction_sd(best: Best) -> f64 {
     let relative = best.variance.sqrt() / best.size.abs().max(1e-12);
     relative.to_degrees().min(45.0)
-}
-
-fn mean_before(tested: &Tested<'_>, first: usize) -> f64 {
-    tested.series.tests[..first]
-        .iter()
-        .map(|t| t.y[0])
-        .sum::<f64>()
-        / first as f64
 }

@@ -6,6 +6,7 @@
 //! | `geometry` | the same of loops and errors |
 //! | [`noise`] | how far two tests of the same machine differ: from test to test, by operator, by tool, over the year |
 //! | [`change`] | the sequential test: since when, a step or a drift, in which direction |
+//! | `depth` | what a change does to the limit depth of the machine |
 //! | [`forecast`] | the limit width of next month |
 //!
 //! **Model.** ln of a reading (of an error, which may be 0, the reading) is a level, changes, and deviations: of the test σₑ, of the operator σ_o and
@@ -20,6 +21,7 @@
 //! the real rate is lower ([`change::threshold`]).
 
 pub mod change;
+mod depth;
 pub mod forecast;
 mod geometry;
 pub mod noise;
@@ -95,6 +97,11 @@ pub fn trends(readings: &[MachineReading], config: &TrendsConfig) -> (Trends, Ve
                 .iter()
                 .flat_map(|s| change::changes(s, &noise, part))
                 .collect();
+            let readings = of_name(readings, &of_machine[0].machine);
+            let depth = depth::Depth::of_machine(readings, of_machine);
+            for change in &mut changes {
+                change.limit_percent = depth.percent(change);
+            }
             changes.sort_by(|a, b| (a.found, &a.what, &a.place).cmp(&(b.found, &b.what, &b.place)));
             MachineTrend {
                 machine: of_machine[0].machine.clone(),
@@ -116,6 +123,13 @@ pub fn trends(readings: &[MachineReading], config: &TrendsConfig) -> (Trends, Ve
         },
         all,
     )
+}
+
+/// Readings of one machine, of those that are sorted by machine.
+fn of_name<'a>(readings: &'a [MachineReading], machine: &str) -> &'a [MachineReading] {
+    let from = readings.partition_point(|r| r.machine.as_str() < machine);
+    let to = readings.partition_point(|r| r.machine.as_str() <= machine);
+    &readings[from..to]
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 """ClickHouse's engine (chdb) behind the part of its HTTP interface that the store uses.
 
-    python3 chdb_server.py FOLDER [CERTIFICATE KEY]
+    python3 chdb_server.py FOLDER PORT [CERTIFICATE KEY]
 
-With a certificate behind TLS, and for those who know the password `word`. Prints the port it listens on. Ends when its standard input ends, or at an interrupt.
+With a certificate behind TLS, and for those who know the password `word`. Prints the port it listens on: PORT, or a free one if that is 0. Ends when its standard input ends, or at an interrupt.
 """
 
 import os
@@ -19,7 +19,7 @@ SESSION = session.Session(sys.argv[1])
 
 class Handler(BaseHTTPRequestHandler):
     def do_POST(self):
-        if len(sys.argv) == 4 and self.headers.get("X-ClickHouse-Key") != "word":
+        if len(sys.argv) == 5 and self.headers.get("X-ClickHouse-Key") != "word":
             self.send_response(403)
             self.end_headers()
             self.wfile.write(b"Code: 516. Authentication failed")
@@ -44,10 +44,10 @@ class Handler(BaseHTTPRequestHandler):
         pass
 
 
-SERVER = HTTPServer(("127.0.0.1", 0), Handler)
-if len(sys.argv) == 4:
+SERVER = HTTPServer(("127.0.0.1", int(sys.argv[2])), Handler)
+if len(sys.argv) == 5:
     CONTEXT = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
-    CONTEXT.load_cert_chain(sys.argv[2], sys.argv[3])
+    CONTEXT.load_cert_chain(sys.argv[3], sys.argv[4])
     SERVER.socket = CONTEXT.wrap_socket(SERVER.socket, server_side=True)
 threading.Thread(target=SERVER.serve_forever, daemon=True).start()
 print(SERVER.server_address[1], flush=True)

@@ -254,6 +254,14 @@ pub fn postgres_database(server: &Server, name: &str) -> String {
     format!("postgres://rarma@127.0.0.1:{}/{name}", server.port)
 }
 
+/// Ends all connections to a database from the server's side, and waits until they have.
+pub fn postgres_ends_connections(server: &Server, name: &str) {
+    let end = format!(
+        "SELECT pg_terminate_backend(pid, 10000) FROM pg_stat_activity WHERE datname = '{name}'"
+    );
+    sql(server, &end).unwrap();
+}
+
 /// A Python that has chdb: `RARMA_CHDB_PYTHON`, or `python3`.
 fn chdb_python() -> Option<String> {
     let python = std::env::var("RARMA_CHDB_PYTHON").unwrap_or_else(|_| "python3".to_owned());
@@ -275,12 +283,31 @@ pub fn clickhouse_with(certificates: Option<&Certificates>) -> Option<Server> {
         return missing("ClickHouse's engine (pip install chdb)");
     };
     let folder = tempfile::tempdir().unwrap();
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/support/chdb_server.py");
     let tls = certificates.map(|of| [of.file("server.pem"), of.file("server.key")]);
+    let (child, port) = chdb(&python, folder.path(), 0, tls.as_ref().map_or(&[], |of| of));
+    Some(Server {
+        child,
+        port,
+        folder,
+    })
+}
+
+/// The engine is killed, and there again: the same folder and port.
+pub fn clickhouse_again(mut server: Server) -> Server {
+    server.child.kill().unwrap();
+    server.child.wait().unwrap();
+    let python = chdb_python().expect("as before");
+    (server.child, _) = chdb(&python, server.folder.path(), server.port, &[]);
+    server
+}
+
+/// The engine and its port: that one, or a free one if it is 0.
+fn chdb(python: &str, folder: &Path, port: u16, tls: &[PathBuf]) -> (Child, u16) {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/support/chdb_server.py");
     let mut child = Command::new(python)
         .arg(script)
-        .arg(folder.path())
-        .args(tls.into_iter().flatten())
+        .args([folder, Path::new(&port.to_string())])
+        .args(tls)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .spawn()
@@ -289,12 +316,7 @@ pub fn clickhouse_with(certificates: Option<&Certificates>) -> Option<Server> {
     BufReader::new(child.stdout.take().unwrap())
         .read_line(&mut line)
         .unwrap();
-    let port = line.trim().parse().expect("a port");
-    Some(Server {
-        child,
-        port,
-        folder,
-    })
+    (child, line.trim().parse().expect("a port"))
 }
 
 /// The address of a database in it.

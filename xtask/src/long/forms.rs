@@ -30,6 +30,11 @@ impl LongForm {
         )
     }
 
+    /// Its package, and its test file.
+    pub(super) fn place(&self) -> (&str, Option<&str>) {
+        (&self.package, self.file.as_deref())
+    }
+
     /// What cargo is told to run it.
     pub fn arguments(&self) -> Vec<&str> {
         let mut words = vec!["test", "--release", "--package", &self.package];

@@ -7,6 +7,7 @@
 //! the others as they were.
 
 mod forms;
+mod needs;
 pub mod table;
 
 use std::path::{Path, PathBuf};
@@ -15,6 +16,7 @@ use std::time::Instant;
 
 use crate::{Failure, Result, Workspace, page, process};
 pub use forms::{Forms, LongForm};
+use needs::Needs;
 use table::{Became, Row, Table};
 
 /// The page that has the table.
@@ -102,9 +104,11 @@ pub fn run_all(
     prepare: &dyn Fn(&mut Command),
 ) -> Result<Vec<String>> {
     let mut failed = Vec::new();
+    let mut needs = Needs::default();
     for form in &forms.long {
         let mut cargo = process::host_cargo(workspace);
         cargo.args(form.arguments());
+        needs.tell(workspace, form, &mut cargo);
         prepare(&mut cargo);
         println!("\n{}", process::spelled(&cargo));
         let begun = Instant::now();

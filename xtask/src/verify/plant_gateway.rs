@@ -5,7 +5,9 @@ use super::python::Environment;
 use super::stages::Bench;
 use super::summary::Outcome;
 use crate::toolchain::packages;
-use crate::{Result, process};
+use crate::{Failure, Result, Workspace, process};
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// The broker, as Debian packs it; the tests start one of their own. With it what makes certificates.
 const PACKAGES: [&str; 2] = ["mosquitto", "openssl"];
@@ -17,30 +19,44 @@ const SECOND: &str = "rarma-fleet/tests/plant/requirements.txt";
 /// # Errors
 /// A test fails. Where the broker or the second implementation cannot be had the check is skipped.
 pub(super) fn check(bench: &mut Bench<'_>) -> Result<Outcome> {
-    if let Err(failure) = packages::install(&PACKAGES) {
-        return Ok(Outcome::Skipped(failure.to_string()));
-    }
-    let Some(python) = process::find_program("python3") else {
-        return Ok(Outcome::Skipped(
-            "no python3 for a second implementation of Sparkplug B".to_owned(),
-        ));
-    };
-    let folder = bench.workspace.target_dir().join("gateway-py");
-    let second = match Environment::make(&python, folder, &bench.workspace.root().join(SECOND)) {
+    let second = match broker(bench.workspace) {
         Ok(second) => second,
         Err(failure) => return Ok(Outcome::Skipped(failure.to_string())),
     };
     let mut tests = bench.cargo(&["test", "--release"]);
     tests
         .args(process::HOST)
-        .args(["--test", "plant", "--", "--nocapture"])
-        .env("RARMA_REQUIRE_BROKER", "1")
-        .env("RARMA_SPARKPLUG_PYTHON", second.program());
+        .args(["--test", "plant", "--", "--nocapture"]);
+    require(&mut tests, Some(&second));
     if bench.long() {
         // A week of fifty machines, too.
         tests.arg("--include-ignored");
     }
     bench.pass_if(&mut tests)?;
     let mut command = bench.cargo(&["test", "--release", "--test", "gateway"]);
-    bench.pass_if(command.args(process::HOST).env("RARMA_REQUIRE_BROKER", "1"))
+    require(command.args(process::HOST), None);
+    bench.pass_if(&mut command)
+}
+
+/// Installs the broker; the Python that has the second implementation.
+///
+/// # Errors
+/// One of them cannot be had.
+pub(crate) fn broker(workspace: &Workspace) -> Result<PathBuf> {
+    packages::install(&PACKAGES)?;
+    let Some(python) = process::find_program("python3") else {
+        return Err(Failure::new(
+            "no python3 for a second implementation of Sparkplug B",
+        ));
+    };
+    let folder = workspace.target_dir().join("gateway-py");
+    Ok(Environment::make(&python, folder, &workspace.root().join(SECOND))?.program())
+}
+
+/// Tells tests that they must not do without the broker, and which Python has the second implementation.
+pub(crate) fn require(tests: &mut Command, second: Option<&Path>) {
+    tests.env("RARMA_REQUIRE_BROKER", "1");
+    if let Some(second) = second {
+        tests.env("RARMA_SPARKPLUG_PYTHON", second);
+    }
 }

@@ -39,6 +39,12 @@ pub(super) fn page(asked: &Asked<'_>) -> String {
             body.push_str(&chart.figure());
         }
     }
+    if newest.len() > PICTURES {
+        body.push_str(&format!(
+            "<p>The newest {PICTURES} have a picture, {} do not.</p>\n",
+            newest.len() - PICTURES
+        ));
+    }
     limits(&mut body, asked);
     alarms(&mut body, asked);
     advice(&mut body, asked);

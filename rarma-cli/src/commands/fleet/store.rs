@@ -4,9 +4,9 @@ use super::{Opened, ask, failed, lines, name, receive, values};
 use crate::args::{StoreAddArgs, StoreCommand, StoreExportArgs, StoreShowArgs, StoreThinArgs};
 use crate::failure::Failure;
 use crate::output::{self, NewFile};
-use rarma_fleet::convert::{self, Head};
+use rarma_fleet::convert::{self, ConvertError, Head};
 use rarma_fleet::record::{RecordError, Utc, from_line};
-use rarma_fleet::store::Taken;
+use rarma_fleet::store::{Taken, is_journal};
 use serde_json::json;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -79,6 +79,9 @@ fn add_file(
     path: &Path,
     sum: &mut Sum,
 ) -> Result<(), Failure> {
+    if is_journal(path) {
+        return add_journal(opened, path, sum);
+    }
     let named = path.display();
     let cannot =
         |why: &std::io::Error| Failure::Input(format!("{named}: read: {why} (check the file)"));
@@ -140,6 +143,28 @@ fn add_file(
     Ok(())
 }
 
+/// The journal of a gateway that does not run.
+fn add_journal(opened: &mut Opened, path: &Path, sum: &mut Sum) -> Result<(), Failure> {
+    let named = path.display();
+    let mut told = 0;
+    let taken = opened.store.add_journal(path, |number, why| {
+        told += 1;
+        if told <= TOLD {
+            output::trouble(format_args!("{named}: entry {number}: {why}"));
+        }
+    });
+    sum.taken
+        .add(taken.map_err(|why| failed(&format!("{named} to {}", opened.place), "add", &why))?);
+    sum.refused += told as u64;
+    if told > TOLD {
+        output::trouble(format_args!(
+            "{named}: {} more entries are no records",
+            told - TOLD
+        ));
+    }
+    Ok(())
+}
+
 /// A line, with what is not UTF-8 replaced: it is refused as a line, not as a file. `false` at the end.
 fn read_line(reader: &mut dyn BufRead, line: &mut String) -> std::io::Result<bool> {
     let mut bytes = Vec::new();
@@ -161,17 +186,17 @@ fn add_converted(
         Failure::whole(
             named.to_string(),
             why,
-            "give records, one a line, or what one of these commands printed with --json",
+            "give records, one a line, a gateway's journal, a log of `rarma act`, or what one of these commands printed with --json",
         )
     };
-    let (Some(machine), Some(time)) = (&args.machine, &args.time) else {
-        return Err(Failure::Usage(format!(
-            "{named} holds no records; what another command printed needs --machine and --time"
-        )));
+    let needs = || {
+        Failure::Usage(format!(
+            "{named} holds no records; what another command printed needs --machine and --time (a log of `rarma act` the machine only)"
+        ))
     };
-    let time: Utc = time
-        .parse()
-        .map_err(|why| Failure::Usage(format!("--time: {why}")))?;
+    let machine = args.machine.as_ref().ok_or_else(needs)?;
+    let time = args.time.as_deref().map(str::parse::<Utc>).transpose();
+    let time = time.map_err(|why| Failure::Usage(format!("--time: {why}")))?;
     let head = Head {
         machine: name("--machine", machine)?,
         time,
@@ -187,7 +212,10 @@ fn add_converted(
             .map(|o| name("--operator", o))
             .transpose()?,
     };
-    let records = convert::records(text, &head).map_err(|why| wrong(&why))?;
+    let records = convert::records(text, &head).map_err(|why| match why {
+        ConvertError::NoTime => needs(),
+        why => wrong(&why),
+    })?;
     if let Some((field, why)) = records.iter().find_map(|r| r.check().err()) {
         return Err(wrong(&format!("the field \"{field}\" {why}")));
     }
