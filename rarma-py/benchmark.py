@@ -51,7 +51,7 @@ def main() -> None:
             model.push(x[:9600])
             name = f"`RecursiveArma({p}, {q}).push(x, every={every})`"
             cases.append((name, lambda x, m=model, e=every: m.push(x, every=e)))
-    for p, channels in [(4, 2), (6, 4)]:
+    for p, channels in [(4, 1), (4, 2), (6, 4)]:
         model = rarma.RecursiveChannels(p, p, channels, SAMPLE_RATE_HZ, forgetting=0.9999)
         several = np.column_stack([np.roll(x, 100 * k) for k in range(channels)])
         model.push(several[:9600], every=96)

@@ -21,6 +21,8 @@ pub const ERROR_OF_200: f64 = 0.05;
 pub const MOST_PARAMETERS: usize = 16;
 /// A mode found further from the one under test than this, Hz, is another one.
 const REACH: f64 = 100.0;
+/// Frequency of the mode that makes four close ones, Hz.
+const CLOSE_HZ: f64 = 700.0;
 /// Modes that join the one under test, in this order.
 const OTHERS: [(f64, f64); 3] = [(450.0, 0.03), (1500.0, 0.025), (2000.0, 0.03)];
 
@@ -62,7 +64,7 @@ impl Case {
     #[must_use]
     pub fn four_close() -> Self {
         Self {
-            modes: vec![(F, 0.02), (450.0, 0.03), (1600.0, 0.015), (700.0, 0.03)],
+            modes: vec![(F, 0.02), (450.0, 0.03), (1600.0, 0.015), (CLOSE_HZ, 0.03)],
             snr_db: None,
         }
     }
@@ -72,7 +74,7 @@ impl Case {
     #[must_use]
     pub fn four_close_in_noise(snr_db: f64) -> Self {
         Self {
-            modes: vec![(F, 0.02), (450.0, 0.02), (1600.0, 0.02), (700.0, 0.02)],
+            modes: vec![(F, 0.02), (450.0, 0.02), (1600.0, 0.02), (CLOSE_HZ, 0.02)],
             snr_db: Some(snr_db),
         }
     }
@@ -127,17 +129,21 @@ impl Case {
     pub fn name(&self) -> String {
         let (p, q) = self.order();
         let zeta = 100.0 * self.zeta();
+        let several = self.modes.len() > 1;
+        // One ratio of all of them, or that of the mode under test.
+        let alike = several && self.modes.iter().all(|mode| mode.1 == self.zeta());
+        let of = if alike { " of" } else { "," };
         let noise = self
             .snr_db
             .map_or(String::new(), |snr| format!(", SNR {snr} dB"));
-        let plural = if self.modes.len() > 1 { "s" } else { "" };
-        let close = if self.modes.contains(&(700.0, 0.03)) {
+        let plural = if several { "s" } else { "" };
+        let close = if self.modes.iter().any(|mode| mode.0 == CLOSE_HZ) {
             " close"
         } else {
             ""
         };
         format!(
-            "{}{close} mode{plural}, ζ {zeta} %{noise} ({p},{q})",
+            "{}{close} mode{plural}{of} ζ {zeta} %{noise} ({p},{q})",
             self.modes.len()
         )
     }
@@ -166,6 +172,7 @@ impl Case {
             (2, 1) => self.run::<T, 2, 1, 3>(config, samples, seed),
             (2, 2) => self.run::<T, 2, 2, 4>(config, samples, seed),
             (4, 3) => self.run::<T, 4, 3, 7>(config, samples, seed),
+            (4, 4) => self.run::<T, 4, 4, 8>(config, samples, seed),
             (6, 5) => self.run::<T, 6, 5, 11>(config, samples, seed),
             (6, 6) => self.run::<T, 6, 6, 12>(config, samples, seed),
             (8, 7) => self.run::<T, 8, 7, 15>(config, samples, seed),

@@ -45,6 +45,7 @@ fn demo_cut(seconds: f64) -> (Recording, MonitorConfig) {
         fs,
         seconds,
         samples,
+        unit: None,
         full_scale: Some(1.0),
         step: None,
         channel: 0,

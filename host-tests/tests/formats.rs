@@ -117,6 +117,95 @@ fn others_read_what_is_written() {
     }
 }
 
+/// What a recording says of its unit stands in what it is converted to, unless another is told.
+#[test]
+fn the_unit_of_a_recording_goes_with_it() {
+    let folder = Folder::default();
+    let file = folder.file(
+        "a.csv",
+        "time,x (m/s²),y\n0,1,2\n0.5,3,4\n1,5,7\n".as_bytes(),
+    );
+    let at = |name: &str| {
+        let path = folder.path().join(name);
+        path.to_str().expect("a path").to_owned()
+    };
+    let source = file.to_str().expect("a path").to_owned();
+    let (uff, csv, psd) = (at("b.uff"), at("c.csv"), at("psd.csv"));
+    let header = |path: &str| -> String {
+        let text = std::fs::read_to_string(path).expect("written");
+        let line = text.lines().find(|line| !line.starts_with('#'));
+        line.expect("a header").to_owned()
+    };
+    run(&["convert", &source, "--out", &csv]);
+    assert_eq!(header(&csv), "time_s,channel 0 (m/s²),channel 1 (1)");
+    // What has no sign of its own there is spelled.
+    run(&["convert", &csv, "--out", &uff]);
+    run(&["convert", &uff, "--out", &csv]);
+    assert_eq!(header(&csv), "time_s,channel 0 (m/s^2),channel 1 (1)");
+    run(&["convert", &uff, "--unit", "g", "--out", &csv]);
+    assert_eq!(header(&csv), "time_s,channel 0 (g),channel 1 (g)");
+    let long: String = (0..100)
+        .map(|t| format!("{},{}\n", t, (t * t) % 7))
+        .collect();
+    let long = folder.file("long.csv", format!("time,x (Pa)\n{long}").as_bytes());
+    let long = long.to_str().expect("a path");
+    for (unit, words) in [("Pa", &[][..]), ("g", &["--unit", "g"])] {
+        let common = ["psd", long, "--method=welch", "--band=full", "--out", &psd];
+        run(&[&common[..], words].concat());
+        assert_eq!(header(&psd), format!("frequency_Hz,psd (({unit})^2/Hz)"));
+    }
+}
+
+/// A density as a MATLAB file, and a virtual cut in every format.
+#[test]
+fn others_read_densities_and_virtual_cuts() {
+    let Some(packages) = python_packages_or_skip("formats") else {
+        return;
+    };
+    let folder = Folder::default();
+    let file = two(&folder);
+    let at = |name: &str| folder.path().join(name);
+    let text = |path: &Path| path.to_str().expect("a path").to_owned();
+    let psd = at("psd.mat");
+    let options = "--method welch --band full --unit Pa";
+    let ended = rarma!().on("psd", &file, &format!("{options} --out {}", text(&psd)));
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    let said = rarma!().on("psd", &file, "--method welch --band full --json");
+    let said = &said.json_lines()[0];
+    let found = python(&packages, "read_formats.py", &[&psd]);
+    assert_eq!(found["units"], "(Pa)^2/Hz");
+    for (name, of) in [("f_Hz", "f"), ("psd", "psd")] {
+        let (read, told) = (list(&found[name][0]), list(&said[of]));
+        assert!(read.len() == told.len() && read.len() > 1000, "{name}");
+        for (a, b) in read.iter().zip(told) {
+            assert!((a - b).abs() <= 1e-9 * b.abs(), "{name}: {a} {b}");
+        }
+    }
+
+    let names = ["cut.csv", "cut.mat", "cut.uff"].map(at);
+    for name in &names {
+        run(&["simulate", "turning-980", "--out", &text(name)]);
+    }
+    // What our own reader finds in the lines of text.
+    let options = rarma_recordings::input::ReadOptions::default();
+    let own = rarma_recordings::input::read(&names[0], &options).expect("read");
+    let loud = own.samples.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    assert!(own.samples.len() > 10_000 && loud > 1e-3, "{loud}");
+    let mat = python(&packages, "read_formats.py", &[&names[1]]);
+    assert_eq!(
+        (&mat["fs"][0][0], &mat["units"]),
+        (&own.fs.into(), &"1".into())
+    );
+    let uff = &python(&packages, "read_formats.py", &[&names[2]])[0];
+    assert_eq!([&uff["func_type"], &uff["abscissa"]], [1, 17]);
+    for (found, tolerance) in [(list(&mat["x"][0]), 1e-15), (list(&uff["data"]), 1e-12)] {
+        assert_eq!(found.len(), own.samples.len());
+        for (a, b) in found.iter().zip(&own.samples) {
+            assert!((a - b).abs() <= tolerance, "{a} {b}");
+        }
+    }
+}
+
 /// Text and binary, as pyuff writes them.
 #[test]
 fn what_others_write_is_read() {
@@ -174,6 +263,9 @@ fn a_universal_file_is_a_recording_like_any_other() {
         assert!(a.contains("Hz"), "{a}");
         assert_eq!(a, b, "{options}");
     }
+    let [a, b] = [&file, &uff].map(|path| rarma!().on("monitor", path, "--json").stdout);
+    assert!(a.lines().count() > 20, "{a}");
+    assert_eq!(a, b, "monitor");
 }
 
 #[test]

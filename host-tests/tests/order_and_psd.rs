@@ -207,3 +207,49 @@ fn wrong_use_is_refused() {
         assert!(ended.stderr.contains("too few"), "{ended:?}");
     }
 }
+
+/// The pages hold what they promise, every number in their pictures is one, and the method that was
+/// asked for stands among the others as in the table of modes.
+#[test]
+fn pages_of_order_and_identify() {
+    let folder = Folder::default();
+    let file = one_mode(&folder, 5000);
+    let page = |command: &str, options: &str| -> String {
+        let out = folder.path().join("page");
+        let words = format!("{options} --report {}", out.display());
+        let ended = say(command, &file, &words);
+        assert_eq!(ended.code, Some(0), "{ended:?}");
+        let html = std::fs::read_to_string(out.join("index.html")).expect("a page");
+        for path in html.split(" d=\"").skip(1) {
+            let path = path.split('"').next().expect("a path");
+            assert!(!path.contains("NaN") && !path.contains("inf"), "{path}");
+        }
+        html
+    };
+    let common = ["Stabilisation diagram", "Power spectral density"];
+    let residuals = "Autocorrelation of the residuals";
+    let of_order = page("order", "--max 6");
+    for title in common.iter().chain(&["Criteria over orders", residuals]) {
+        assert!(of_order.contains(title), "{title}");
+    }
+    // The column at the mode: one upright dashed stroke at least, and its row in the table.
+    assert!(of_order.contains("column that orders agree on"));
+    assert!(of_order.contains("stable in"));
+
+    let memory = "--order 2,1 --method rpem --forgetting 0.999";
+    let of_identify = page("identify", memory);
+    for title in common.iter().chain(&["Damping by method", residuals]) {
+        assert!(of_identify.contains(title), "{title}");
+    }
+    let zeta_sd = |options: &str| {
+        let found = object("identify", &file, options);
+        found["modes"][0]["zeta_sd"].as_f64().expect("a deviation")
+    };
+    // Its row among the methods has the deviation of a memory of 1000 samples, not of all 5000.
+    let (asked, whole) = (zeta_sd(memory), zeta_sd("--order 2,1 --method rpem"));
+    assert!(asked > 1.4 * whole, "{asked} {whole}");
+    let row = of_identify.split("<td>rpem (2,1)").nth(1).expect("a row");
+    let row = row.split("</tr>").next().expect("its end");
+    let told = format!("± {:.2} %", 100.0 * asked);
+    assert!(row.contains(&told), "{told}: {row}");
+}

@@ -68,8 +68,9 @@ impl<T: Real> PemConfig<T> {
 ///
 /// Search: Levenberg–Marquardt on a triangular factor of the derivatives, which are
 /// made anew in each pass over the series, so memory does not grow with it. C is
-/// kept inside `c_radius`. Starts: where one pass of the recursion ends, so that the sum of
-/// squares is never above that of its model; innovations of two long autoregressions (Burg,
+/// kept inside `c_radius`. Starts: where one pass of the recursion ends (default settings, C inside
+/// `c_radius` as well), so that the sum that is made small, with the squares of the errors before the
+/// record, is never above that of its model; innovations of two long autoregressions (Burg,
 /// two lengths) with repeated filtering, the same begun from instrumental
 /// variables; and random restarts from the best. The least sum of squares wins.
 ///
@@ -193,7 +194,8 @@ impl<T: Real> Pem<T> {
         let mut iterations = 0;
         let mut consider = |found: Minimum<T, N>| {
             iterations += found.iterations;
-            if best.is_none_or(|b: Minimum<T, N>| found.cost < b.cost) {
+            // A start whose sum overflows holds no place.
+            if best.is_none_or(|b: Minimum<T, N>| found.cost < b.cost || !b.cost.is_finite()) {
                 best = Some(found);
             }
         };

@@ -13,7 +13,6 @@ use super::polynomial::reflect;
 use super::prediction::Orders;
 use super::series::Series;
 use super::subspace::lines;
-use rarma_core::estimate::schur::inside;
 use rarma_core::estimate::{BoundedArma, RarmaConfig};
 use rarma_core::real::Real;
 use rarma_core::spectrum::{FactorTracker, Roots};
@@ -161,16 +160,18 @@ pub(super) fn refine<T: Real, const N: usize>(
 }
 
 /// Where one pass of the recursion ends, without forgetting: it finds its way past minima that hold
-/// a search, for its gradient is a new one at every sample. A root of C outside of `radius` is
-/// brought inside. None above the recursion's orders.
+/// a search, for its gradient is a new one at every sample. It keeps C within `radius` itself, so
+/// that the start is its model. None above the recursion's orders.
 pub(super) fn from_recursion<T: Real, const N: usize>(
     series: &Series<'_, T>,
     order: Orders,
     radius: T,
 ) -> Option<[T; N]> {
+    let default = RarmaConfig::<T>::default();
     let config = RarmaConfig {
         forgetting: T::ONE,
-        ..RarmaConfig::default()
+        c_radius: default.c_radius.min(radius),
+        ..default
     };
     let mut model = BoundedArma::new(order.p, order.q, config)?;
     for t in 0..series.len() {
@@ -180,14 +181,7 @@ pub(super) fn from_recursion<T: Real, const N: usize>(
     let mut theta = [T::ZERO; N];
     theta[..order.p].copy_from_slice(model.a());
     theta[order.p..order.n()].copy_from_slice(model.c());
-    if !theta.iter().all(|x| x.is_finite()) {
-        return None;
-    }
-    let c = &mut theta[order.p..order.n()];
-    if !inside::<T, N>(c, radius) {
-        reflect::<T, N>(c, radius);
-    }
-    Some(theta)
+    theta.iter().all(|x| x.is_finite()).then_some(theta)
 }
 
 /// Half the window of the subspace at a start.

@@ -32,9 +32,14 @@ pub fn width(x: &Bound<'_, PyAny>) -> PyResult<usize> {
     Ok(array.shape()[1])
 }
 
-/// One of them.
-pub fn column<'py>(x: &Bound<'py, PyAny>, channel: usize) -> PyResult<Bound<'py, PyAny>> {
-    x.get_item((PySlice::full(x.py()), channel))
+/// One of them, borrowed, and what messages call it.
+///
+/// # Errors
+/// As [`Signal::of`].
+pub fn column<'py>(x: &Bound<'py, PyAny>, channel: usize) -> PyResult<(String, Signal<'py>)> {
+    let name = format!("{SIGNAL}[:, {channel}]");
+    let signal = Signal::of(&name, &x.get_item((PySlice::full(x.py()), channel))?)?;
+    Ok((name, signal))
 }
 
 /// The columns of an array of two dimensions, as recordings.
@@ -42,8 +47,9 @@ fn columns(x: &Bound<'_, PyAny>, sample_rate_hz: f64) -> PyResult<Vec<Recording>
     let channels = width(x)?;
     (0..channels)
         .map(|channel| {
-            let samples = Signal::of(SIGNAL, &column(x, channel)?)?.samples().to_vec();
-            let mut recording = Recording::in_memory(SIGNAL, samples, sample_rate_hz);
+            let (name, signal) = column(x, channel)?;
+            let samples = signal.samples().to_vec();
+            let mut recording = Recording::in_memory(&name, samples, sample_rate_hz);
             (recording.channel, recording.channels) = (channel, channels);
             Ok(recording)
         })
@@ -99,7 +105,7 @@ pub fn identify_channels<'py>(
     band_hz: Option<&Bound<'py, PyAny>>,
     detrend: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let recordings = columns(x, sample_rate_hz)?;
+    let mut recordings = columns(x, sample_rate_hz)?;
     let references = references.map(|list| {
         let words: Vec<String> = list.iter().map(i64::to_string).collect();
         words.join(",")
@@ -116,8 +122,11 @@ pub fn identify_channels<'py>(
         return Err(other_command());
     };
     let found = detached(py, move || {
-        for recording in &recordings {
+        for recording in &mut recordings {
             input::check(recording)?;
+            input::check_size(recording)?;
+            // From here on messages say which channel.
+            recording.path = SIGNAL.into();
         }
         commands::identify_channels(&recordings, &args)
     })?;

@@ -174,8 +174,9 @@ impl Monitor {
     /// TypeError
     ///     x is no numpy array, or of another dtype.
     /// ValueError
-    ///     x is empty, not one-dimensional, or holds NaN or infinity: say with `missing` how
-    ///     many samples were lost. Nothing has changed then.
+    ///     x is empty, not one-dimensional, or holds NaN or infinity (say with `missing` how
+    ///     many samples were lost) or what single precision does not hold, beyond 3.4e38. Nothing
+    ///     has changed then.
     fn push<'py>(
         &mut self,
         py: Python<'py>,
@@ -183,6 +184,12 @@ impl Monitor {
     ) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let signal = Signal::of("x", x)?;
         let samples = signal.samples();
+        if let Some((at, value)) = samples.first_that_is_not(|x| (x as f32).is_finite()) {
+            return Err(PyValueError::new_err(format!(
+                "x[{at}]: {value:e}: a monitor takes samples as single precision, which ends at {:e} (scale x to a larger unit)",
+                f32::MAX
+            )));
+        }
         let feed = &mut self.feed;
         let lines = detached(py, move || {
             let mut lines = Vec::new();

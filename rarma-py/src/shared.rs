@@ -213,8 +213,7 @@ impl RecursiveChannels {
         }
         let mut signals = Vec::new();
         for k in 0..found {
-            let name = format!("x[:, {k}]");
-            let signal = Signal::of(&name, &column(x, k)?)?;
+            let (name, signal) = column(x, k)?;
             check_size(&name, &signal.samples())?;
             signals.push(signal);
         }

@@ -166,8 +166,14 @@ def test_identify_channels(command, tmp_path):
     said = command.json("identify", path, "--order", "4,0", "--band", "full", *words)
     assert found == said
     assert [round(mode["f"], -2) for mode in found["modes"]] == [700, 1300]
-    for wrong in (first, x.astype(int), x[:, :0]):
-        with pytest.raises((TypeError, ValueError), match="x: "):
+    for wrong in (first, x[:, :0]):
+        with pytest.raises(ValueError, match="x: shape"):
             rarma.identify_channels(wrong, FS, 4)
+    with pytest.raises(TypeError, match=r"x\[:, 0\]: dtype int64"):
+        rarma.identify_channels(x.astype(int), FS, 4)
+    holed = x.copy()
+    holed[5, 1] = np.nan
+    with pytest.raises(ValueError, match=r"x\[:, 1\]\[5\]: NaN is no sample"):
+        rarma.identify_channels(holed, FS, 4)
     with pytest.raises(ValueError, match="order"):
         rarma.identify_channels(x, FS, 0)

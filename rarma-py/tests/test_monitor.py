@@ -119,6 +119,19 @@ def test_lost_samples_and_a_told_speed_count(cut):
         monitor.tell_speed(-1.0)
 
 
+def test_what_single_precision_does_not_hold_is_refused_and_changes_nothing(cut):
+    x, sample_rate_hz, *_ = rarma.read(cut)
+    monitor, other = rarma.Monitor(sample_rate_hz), rarma.Monitor(sample_rate_hz)
+    beyond = x[:1000].copy()
+    beyond[7] = -1e300
+    with pytest.raises(ValueError, match=r"x\[7\]: -1e300: a monitor takes samples as single"):
+        monitor.push(beyond)
+    assert monitor.push(x[:48_000]) == other.push(x[:48_000])
+    # The largest that it holds is taken.
+    beyond[7] = 3.4e38
+    monitor.push(beyond)
+
+
 def test_tables_hold_every_mode_of_every_record(cut):
     pandas = pytest.importorskip("pandas")
     x, sample_rate_hz, *_ = rarma.read(cut)

@@ -146,6 +146,23 @@ def test_the_covariance_is_one(x):
     assert np.allclose(covariance, covariance.T) and np.linalg.eigvalsh(covariance)[0] > 0
 
 
+def test_a_call_on_an_object_at_work_is_refused_and_changes_nothing():
+    x = np.random.default_rng(1).standard_normal(3_000_000)
+    model, alone = (rarma.RecursiveArma(8, 7, 48_000.0) for _ in range(2))
+    work = threading.Thread(target=model.push, args=(x,), kwargs={"every": len(x)})
+    work.start()
+    refused = []
+    while work.is_alive() and not refused:
+        try:
+            model.modes()
+        except RuntimeError as why:
+            refused.append(str(why))
+    work.join()
+    assert len(refused) == 1 and "orrowed" in refused[0], refused
+    alone.push(x, every=len(x))
+    assert np.array_equal(model.a, alone.a)
+
+
 def test_other_threads_run_meanwhile():
     model = rarma.RecursiveArma(8, 7, FS)
     long = np.tile(vibration(MODES, 4000), 100)

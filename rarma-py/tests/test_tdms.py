@@ -55,6 +55,21 @@ def test_what_another_implementation_writes_is_read(cut):
         rarma.read(path, channel=2)
 
 
+def test_the_unit_goes_with_the_samples_wherever_they_are_converted_to(command, cut, tmp_path):
+    path, x, _ = cut
+    header = lambda file: file.read_text(encoding="utf-8").splitlines()[2]  # noqa: E731
+    for words, told in (([], "m/s^2"), (["--unit", "g"], "g")):
+        command("convert", path, "--out", tmp_path / "run.uff", *words)
+        command("convert", tmp_path / "run.uff", "--out", tmp_path / "run.csv")
+        # The first channel has no unit: parts of full scale, unless it is told.
+        first = words[-1] if words else "1"
+        assert header(tmp_path / "run.csv") == f"time_s,channel 0 ({first}),channel 1 ({told})"
+    for name in ("run.uff", "run.csv"):
+        recording = rarma.read(tmp_path / name, channel=1)
+        assert recording.sample_rate_hz == rarma.read(path, channel=1).sample_rate_hz
+        assert np.allclose(recording.samples, x, rtol=0, atol=1e-11), name
+
+
 @pytest.mark.parametrize("kind", ["i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "f4", "f8"])
 def test_every_kind_of_number(tmp_path, kind):
     values = (np.sin(np.arange(3000) * 0.3) * 100 + (100 if kind[0] == "u" else 0)).astype(kind)

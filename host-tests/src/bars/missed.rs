@@ -5,6 +5,34 @@ use super::Missed;
 /// What the table of docs/bench.md is made of.
 pub const MISSED: &[Missed] = &[
     Missed {
+        bar: "accuracy, one mode: over the bound, ζ, 1 mode, ζ 0.5 % (2,1)",
+        asked: 0.8..=1.1,
+        got: 1.147..=1.157,
+        test: "accuracy::one_mode_reaches_the_bound",
+        why: "a second is 15 time constants of such a mode, and the bound is one for long records: ζ reads high by a third of its deviation",
+    },
+    Missed {
+        bar: "accuracy, three modes: over the bound, f, 3 modes, ζ 0.5 % (6,5)",
+        asked: 0.8..=1.1,
+        got: 1.106..=1.116,
+        test: "accuracy::three_modes_reach_the_bound",
+        why: "as above; and a ratio of 200 seeds scatters by 5 %",
+    },
+    Missed {
+        bar: "accuracy, two modes in noise: over the bound, ζ, 2 modes, ζ 2 %, SNR 20 dB (4,4)",
+        asked: 0.8..=1.1,
+        got: 1.1001..=1.1052,
+        test: "accuracy::two_modes_in_measurement_noise_reach_the_bound",
+        why: "a ratio of 200 seeds scatters by 5 %",
+    },
+    Missed {
+        bar: "accuracy, two modes in noise: over the bound, ζ, 2 modes, ζ 2 %, SNR 30 dB (4,4)",
+        asked: 0.8..=1.1,
+        got: 1.1001..=1.1077,
+        test: "accuracy::two_modes_in_measurement_noise_reach_the_bound",
+        why: "a ratio of 200 seeds scatters by 5 %; the same random numbers as at 20 dB",
+    },
+    Missed {
         bar: "amplitude: not stationary, entry",
         asked: 0.28..=0.45,
         got: 0.262..=0.2799,
@@ -52,6 +80,27 @@ pub const MISSED: &[Missed] = &[
         got: 0.866..=0.966,
         test: "controller_override::chatter_that_an_override_ends_is_released",
         why: "at the new speed the second tooth line (1006.5 Hz) stands where the chatter was (1007.4 Hz), and in 4 of 8 cuts takes over its evidence and its origin",
+    },
+    Missed {
+        bar: "coverage: ζ, 1 mode, ζ 2 %, SNR 10 dB (2,2), recursive",
+        asked: 0.93..=0.97,
+        got: 0.925..=0.9299,
+        test: "coverage::recursion_states_its_uncertainty",
+        why: "a part of 400 series scatters by 0.011: of 32 such bars one or two are missed by chance",
+    },
+    Missed {
+        bar: "coverage: ζ, 1 mode, ζ 2 %, SNR 30 dB (2,2), recursive",
+        asked: 0.93..=0.97,
+        got: 0.925..=0.9299,
+        test: "coverage::recursion_states_its_uncertainty",
+        why: "a part of 400 series scatters by 0.011: of 32 such bars one or two are missed by chance",
+    },
+    Missed {
+        bar: "coverage: ζ, 4 modes, ζ 2 % (8,7), recursive",
+        asked: 0.93..=0.97,
+        got: 0.9225..=0.9275,
+        test: "coverage::recursion_states_its_uncertainty",
+        why: "a part of 400 series scatters by 0.011: of 32 such bars one or two are missed by chance; its errors are 1.14 times the bound in these series, the stated ones 1.01 times",
     },
     Missed {
         bar: "coverage, forgetting: f, 3 modes, ζ 2 %, SNR 20 dB (6,6), recursive, λ 0.999",

@@ -16,9 +16,9 @@ pub struct ConvertArgs {
     /// Where to: .csv, .uff, .unv (universal file, dataset 58) or .mat (MATLAB level 5).
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,
-    /// Unit of the samples, such as m/s^2 [default: 1, parts of full scale].
-    #[arg(long, value_name = "UNIT", default_value = "1", value_parser = unit)]
-    pub unit: String,
+    /// Unit of the samples, such as m/s^2 [default: what the recording says, else 1, parts of full scale].
+    #[arg(long, value_name = "UNIT", value_parser = unit)]
+    pub unit: Option<String>,
 }
 
 pub(super) fn unit(text: &str) -> Result<String, String> {

@@ -26,9 +26,9 @@ pub struct PsdArgs {
     /// Write it to a file: .csv, .uff, .unv (universal file, dataset 58) or .mat (MATLAB level 5).
     #[arg(long, value_name = "FILE", conflicts_with = "at")]
     pub out: Option<PathBuf>,
-    /// Unit of the samples, such as m/s^2 [default: 1, parts of full scale].
-    #[arg(long, value_name = "UNIT", default_value = "1", value_parser = unit, requires = "out")]
-    pub unit: String,
+    /// Unit of the samples, such as m/s^2 [default: what the recording says, else 1, parts of full scale].
+    #[arg(long, value_name = "UNIT", value_parser = unit, requires = "out")]
+    pub unit: Option<String>,
     /// One JSON object on standard output.
     #[arg(long)]
     pub json: bool,

@@ -4,7 +4,16 @@ use crate::args::{ChannelSet, ConvertArgs};
 use crate::failure::Failure;
 use crate::output;
 use rarma_recordings::export::{Along, Column, Table};
-use rarma_recordings::input::{self, ReadOptions};
+use rarma_recordings::input::{self, ReadOptions, Recording};
+
+/// What stands in the file for the unit of a recording's samples: as asked for, else as it says
+/// itself, else parts of full scale.
+pub(super) fn unit(asked: Option<&str>, recording: &Recording) -> String {
+    asked
+        .or(recording.unit.as_deref())
+        .unwrap_or("1")
+        .to_owned()
+}
 
 pub(super) fn main(args: &ConvertArgs) -> Result<u8, Failure> {
     let options = ReadOptions {
@@ -40,7 +49,7 @@ pub(super) fn main(args: &ConvertArgs) -> Result<u8, Failure> {
             .map(|r| Column {
                 name: format!("channel {}", r.channel),
                 channel: r.channel,
-                unit: args.unit.clone(),
+                unit: unit(args.unit.as_deref(), r),
                 values: r.samples.clone(),
             })
             .collect(),

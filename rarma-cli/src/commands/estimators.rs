@@ -25,6 +25,14 @@ pub struct Memory {
     pub random_walk: f64,
 }
 
+impl Memory {
+    /// Of everything.
+    pub const WHOLE: Self = Self {
+        forgetting: 1.0,
+        random_walk: 0.0,
+    };
+}
+
 /// A fitted model.
 #[derive(Debug, Clone)]
 pub struct Model {

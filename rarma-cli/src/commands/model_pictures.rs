@@ -24,9 +24,11 @@ pub(super) struct DiagramPole {
     pub chosen: bool,
 }
 
-/// Poles over orders, over the estimate of the density as a backdrop.
+/// Poles over orders, over the estimate of the density as a backdrop; `columns` are the frequencies
+/// that orders agree on, Hz, an upright line each.
 pub(super) fn diagram(
     poles: &[DiagramPole],
+    columns: &[f64],
     density: &[(f64, f64)],
     edges: (f64, f64),
     rows: &str,
@@ -52,6 +54,15 @@ pub(super) fn diagram(
         .iter()
         .map(|(f, level)| (*f, 0.92 * top * (level - low) / (high - low).max(1.0)))
         .collect();
+    let columns: Vec<(f64, f64)> = columns
+        .iter()
+        .flat_map(|f| [(*f, 0.0), (*f, top), NOT])
+        .collect();
+    // The legend names only what is there.
+    let agreed = match columns.is_empty() {
+        true => "",
+        false => "column that orders agree on",
+    };
     Chart {
         title: "Stabilisation diagram".to_owned(),
         x: Scale::linear("frequency (Hz)", edges.0, edges.1),
@@ -59,6 +70,7 @@ pub(super) fn diagram(
         height: 380.0,
         series: vec![
             Series::new("density (its own scale)", backdrop, Mark::Below, 5),
+            Series::new(agreed, columns, Mark::Dashes, 1),
             Series::new("", bars, Mark::Line, 0),
             Series::new("stable", of(&|p| p.stable), Mark::Dots, 0),
             Series::new(
@@ -207,7 +219,14 @@ mod tests {
             pole(5.0, true, true),
         ];
         let density = [(0.0, 1.0), (500.0, 1e-3), (1000.0, 1e-6)];
-        let html = diagram(&poles, &density, (0.0, 1000.0), "order", "Stable: so.");
+        let html = diagram(
+            &poles,
+            &[450.0],
+            &density,
+            (0.0, 1000.0),
+            "order",
+            "Stable: so.",
+        );
         let count = |class: &str| {
             let path = html.rsplit(&format!("{class}\" d=\"")).next().unwrap_or("");
             path.split('"').next().unwrap_or("").matches('M').count()
@@ -222,6 +241,8 @@ mod tests {
             ],
             [2, 1, 1, 6]
         );
+        // One upright line over all of the height.
+        assert_eq!(count("curve c1 dashed"), 1);
     }
 
     #[test]

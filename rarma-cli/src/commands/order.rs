@@ -4,6 +4,7 @@ mod clusters;
 mod page;
 
 pub use clusters::Cluster;
+pub(super) use clusters::agreed;
 pub(super) use page::{STABLE, poles};
 
 use super::band::{self, Part};
@@ -259,12 +260,8 @@ fn candidates(
 /// One fit by prediction error, over the same samples as all others: those after the
 /// longest start.
 fn candidate(part: &Part, (p, q): (usize, usize), max: usize) -> Result<Candidate, String> {
-    let memory = Memory {
-        forgetting: 1.0,
-        random_walk: 0.0,
-    };
     let y = &part.samples;
-    let model = with_stack(|| estimators::fit(Method::Pem, y, (p, q), memory))
+    let model = with_stack(|| estimators::fit(Method::Pem, y, (p, q), Memory::WHOLE))
         .map_err(|why| format!("{why} {}", identify::REMEDY))?;
     let errors = identify::residuals(y, &model.a, &model.c);
     let used = errors.get(max..).unwrap_or_default();

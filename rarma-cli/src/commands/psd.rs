@@ -1,8 +1,10 @@
 //! `rarma psd`: power spectral density of a recording.
 
 use super::band::{self, Part};
+use super::convert;
 use super::estimators::{self, Memory};
 use super::identify::{self, with_stack};
+use super::monitor::read;
 use super::show;
 use crate::args::{Detrend, Method, PsdArgs, PsdMethod};
 use crate::failure::Failure;
@@ -39,7 +41,8 @@ pub struct Density {
 
 pub(super) fn main(args: &PsdArgs) -> Result<u8, Failure> {
     let order = order(args)?;
-    let part = Part::read(&args.input, args.band, Detrend::Mean)?;
+    let recording = read(&args.input)?;
+    let part = Part::of(&recording, args.band, Detrend::Mean)?;
     let work = order.map_or(0.0, |(m, o)| estimators::work(m, part.samples.len(), o));
     part.warn_of(work, &args.input.input);
     let bar = show::waiting(format!("density of {} samples", part.samples.len()));
@@ -47,7 +50,11 @@ pub(super) fn main(args: &PsdArgs) -> Result<u8, Failure> {
     bar.finish_and_clear();
     let density = density?;
     if let Some(path) = &args.out {
-        output::keep(vec![output::export(path, "--out", &table(&density, args))?])?;
+        output::keep(vec![output::export(
+            path,
+            "--out",
+            &table(&density, args, &recording),
+        )?])?;
         if !args.json {
             say!(
                 "{}: {} frequencies, {}",
@@ -72,7 +79,7 @@ pub(super) fn main(args: &PsdArgs) -> Result<u8, Failure> {
 }
 
 /// A density for a file.
-fn table(density: &Density, args: &PsdArgs) -> Table {
+fn table(density: &Density, args: &PsdArgs, recording: &Recording) -> Table {
     let first = density.f.first().copied().unwrap_or(0.0);
     let last = density.f.last().copied().unwrap_or(first);
     let steps = density.f.len().saturating_sub(1).max(1);
@@ -85,7 +92,7 @@ fn table(density: &Density, args: &PsdArgs) -> Table {
         columns: vec![Column {
             name: "psd".to_owned(),
             channel: args.input.channel,
-            unit: format!("({})^2/Hz", args.unit),
+            unit: format!("({})^2/Hz", convert::unit(args.unit.as_deref(), recording)),
             values: density.psd.clone(),
         }],
     }

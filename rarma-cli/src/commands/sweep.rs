@@ -151,11 +151,7 @@ fn point(
 /// The least damped mode that is not on a multiple of the teeth.
 fn read(y: &[f64], fs: f64, order: (usize, usize), process: &Process) -> Option<IdentifiedMode> {
     let (_, y) = detrended(y, Detrend::Mean);
-    let memory = Memory {
-        forgetting: 1.0,
-        random_walk: 0.0,
-    };
-    let model = with_stack(|| estimators::fit(Method::Pem, &y, order, memory)).ok()?;
+    let model = with_stack(|| estimators::fit(Method::Pem, &y, order, Memory::WHOLE)).ok()?;
     model
         .modes(fs)?
         .into_iter()

@@ -156,7 +156,7 @@ mod tests {
         Table {
             title: "two sensors".to_owned(),
             along: Along::Time { fs: 44_100.0 },
-            columns: vec![column(0, "m/s^2"), column(1, "Pa")],
+            columns: vec![column(0, "m/s²"), column(1, "Pa")],
         }
     }
 
@@ -168,18 +168,20 @@ mod tests {
         assert_eq!((of("a.wav"), of("mat")), (None, None));
     }
 
-    /// Our own readers find every sample again, and the rate.
+    /// Our own readers find every sample again, the rate and the units.
     #[test]
     fn csv_and_uff_come_back() {
         let folder = tempfile::tempdir().expect("a folder");
         let table = table(1000);
-        for (name, tolerance) in [("a.csv", 0.0), ("a.uff", 1e-12)] {
+        for (name, tolerance, unit) in [("a.csv", 0.0, "m/s²"), ("a.uff", 1e-12, "m/s^2")] {
             let path = folder.path().join(name);
             let whole = write(&path, &table).expect("written");
             crate::output::keep(vec![whole]).expect("kept");
             let options = crate::input::ReadOptions::default();
             let back = crate::input::read_channels(&path, &options, None, None).expect("read");
             assert_eq!(back.len(), 2, "{name}");
+            let units = [&back[0], &back[1]].map(|r| r.unit.as_deref());
+            assert_eq!(units, [Some(unit), Some("Pa")], "{name}");
             for (read, column) in back.iter().zip(&table.columns) {
                 assert!((read.fs - 44_100.0).abs() < 1e-6, "{name}: {}", read.fs);
                 assert_eq!(read.samples.len(), 1000);

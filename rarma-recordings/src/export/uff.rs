@@ -52,7 +52,7 @@ fn dataset(out: &mut String, table: &Table, column: &Column) {
     let (name, unit) = table.along.words();
     for (kind, name, unit) in [
         (abscissa, name, unit),
-        (0, "NONE", ascii(&column.unit, 20).as_str()),
+        (0, "NONE", ascii(&in_ascii(&column.unit), 20).as_str()),
         (0, "NONE", "NONE"),
         (0, "NONE", "NONE"),
     ] {
@@ -65,6 +65,24 @@ fn dataset(out: &mut String, table: &Table, column: &Column) {
         out.push('\n');
     }
     out.push_str("    -1\n");
+}
+
+/// A unit without the signs that the format does not have: `m/s²` is `m/s^2`, never `m/s`.
+fn in_ascii(unit: &str) -> String {
+    let mut out = String::new();
+    for c in unit.chars() {
+        match c {
+            '²' => out.push_str("^2"),
+            '³' => out.push_str("^3"),
+            '\u{b5}' | '\u{3bc}' => out.push('u'),
+            '°' => out.push_str("deg"),
+            '·' | '⋅' => out.push('*'),
+            '\u{2126}' | '\u{3a9}' => out.push_str("ohm"),
+            c if c.is_ascii() => out.push(c),
+            _ => out.push('?'),
+        }
+    }
+    out
 }
 
 /// What the format's lines can hold.

@@ -104,6 +104,8 @@ pub struct Recording {
     pub fs: f64,
     /// Samples of the chosen channel; integer PCM is scaled to ±1.
     pub samples: Vec<f64>,
+    /// Unit of `samples`, such as `m/s^2`, where the file says it.
+    pub unit: Option<String>,
     /// Largest value the format can hold: 1 for integer PCM, `None` where
     /// there is no limit (float, CSV).
     pub full_scale: Option<f64>,
@@ -132,6 +134,7 @@ impl Recording {
             fs,
             seconds: samples.len() as f64 / fs,
             samples,
+            unit: None,
             full_scale: None,
             step: None,
             channel: 0,
@@ -250,6 +253,7 @@ pub fn read_channels(
     for (channel, samples) in channels.into_iter().zip(rows) {
         let recording = Recording {
             fs: end.fs,
+            unit: stream.unit(channel),
             full_scale: stream.step.map(|_| 1.0),
             step: stream.step,
             channel,

@@ -94,6 +94,12 @@ pub trait Blocks {
     /// The recording lacks something that is only missed at its end.
     fn end(&mut self) -> Result<End, InputError>;
 
+    /// Unit of a channel's samples, where the file says it; asked for at the end.
+    fn unit(&self, channel: usize) -> Option<String> {
+        let _ = channel;
+        None
+    }
+
     /// The error for a channel that is not there.
     fn no_channel(&self, asked: usize, channels: usize) -> InputError;
 }
@@ -205,6 +211,12 @@ impl Stream {
     /// stand for missing ones: zeros.
     pub fn missing(&self) -> u64 {
         self.blocks.missing()
+    }
+
+    /// Unit of a channel's samples, such as `m/s^2`, where the file says it; known when
+    /// [`next`](Self::next) has come to the end.
+    pub fn unit(&self, channel: usize) -> Option<String> {
+        self.blocks.unit(channel)
     }
 
     /// What is known when [`next`](Self::next) has come to the end.

@@ -7,7 +7,8 @@
 //! ```
 //!
 //! Semicolons (then with decimal commas if there are any) and tabs separate as
-//! well. A header such as `t_ms` or `time (us)` scales the time column. Lines
+//! well. A header such as `t_ms` or `time (us)` scales the time column; one such as
+//! `acceleration (m/s^2)` tells the unit of its column. Lines
 //! are split here and not by the `csv` crate, which passes over empty lines: in
 //! a recording an empty line is a sample that is missing, and has to be named.
 
@@ -146,6 +147,8 @@ struct Table {
     time: TimeColumn,
     /// Seconds per unit of the time column.
     unit: f64,
+    /// Units that the header tells, of all columns; empty without a header.
+    units: Vec<Option<String>>,
     samples: u64,
     comment_fs: Option<(usize, f64)>,
     /// An empty line that is a hole if data follow.
@@ -165,6 +168,7 @@ impl Table {
             columns: 0,
             time: TimeColumn::default(),
             unit: 1.0,
+            units: Vec::new(),
             samples: 0,
             comment_fs: None,
             gap: None,
@@ -254,6 +258,7 @@ impl Table {
         if fields.iter().all(|f| f.is_empty()) {
             return Err(hole(number, 1));
         }
+        self.units = fields.iter().map(|field| unit_in(field)).collect();
         let name = fields[0].to_lowercase();
         let ends = |unit: &str| {
             name.trim_end_matches([')', ']'])
@@ -396,6 +401,11 @@ impl Blocks for Table {
         })
     }
 
+    fn unit(&self, channel: usize) -> Option<String> {
+        let before = usize::from(self.columns > 1);
+        self.units.get(before + channel)?.clone()
+    }
+
     fn no_channel(&self, asked: usize, channels: usize) -> InputError {
         no_channel(&format!("line {}", self.number), asked, channels)
     }
@@ -421,6 +431,13 @@ pub(super) fn not_a_number(line: usize, column: usize, field: &str) -> InputErro
         format!("'{shown}' in column {column} is not a number"),
         "correct the line, or mark it as a comment with #",
     )
+}
+
+/// The unit behind the name of a column, as in `force (N)`.
+fn unit_in(field: &str) -> Option<String> {
+    let (_, unit) = field.strip_suffix(')')?.rsplit_once('(')?;
+    let unit = unit.trim();
+    (!unit.is_empty()).then(|| unit.to_owned())
 }
 
 /// The rate in a comment such as ` fs = 5000 Hz`.

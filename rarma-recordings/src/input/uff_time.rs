@@ -20,7 +20,7 @@ const WHOLE: f64 = 1e-5;
 /// One record.
 struct Record {
     step: f64,
-    unit: String,
+    unit: Option<String>,
     samples: Vec<f64>,
 }
 
@@ -72,7 +72,10 @@ pub(super) fn begin(mut bytes: Bytes, fs: Option<f64>) -> Result<Begin, InputErr
         ));
     }
     let fs = fs.unwrap_or(told);
-    let units: Vec<&str> = records.iter().map(|r| r.unit.as_str()).collect();
+    let units: Vec<&str> = records
+        .iter()
+        .map(|r| r.unit.as_deref().unwrap_or("an unknown unit"))
+        .collect();
     Ok(Begin {
         format: format!("universal file, in {}", units.join(", ")),
         fs: Some(fs),
@@ -155,11 +158,7 @@ fn record(cursor: &mut Cursor<'_>, kind: &str) -> Result<Option<Record>, InputEr
     let unit = field(&head[8].1, 47, 20);
     Ok(Some(Record {
         step,
-        unit: if unit.is_empty() || unit.eq_ignore_ascii_case("none") {
-            "an unknown unit".to_owned()
-        } else {
-            unit
-        },
+        unit: Some(unit).filter(|unit| !(unit.is_empty() || unit.eq_ignore_ascii_case("none"))),
         samples,
     }))
 }
@@ -232,6 +231,10 @@ impl Blocks for Held {
 
     fn end(&mut self) -> Result<End, InputError> {
         Ok(self.end.clone())
+    }
+
+    fn unit(&self, channel: usize) -> Option<String> {
+        self.records.get(channel)?.unit.clone()
     }
 
     fn no_channel(&self, asked: usize, channels: usize) -> InputError {

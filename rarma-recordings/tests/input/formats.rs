@@ -5,6 +5,25 @@ use proptest::prelude::*;
 use rarma_recordings::input::{self, Problem, ReadOptions, Recording};
 
 #[test]
+fn a_header_of_a_csv_tells_units() {
+    let b = Bench::new();
+    let unit = |bytes: &[u8], channel: usize| {
+        let options = ReadOptions { channel, ..opts() };
+        b.with("a.csv", bytes, &options).unwrap().unit
+    };
+    let two = "time (ms),a (m/s²),b\n0,1,4\n2,2,5\n".as_bytes();
+    assert_eq!(unit(two, 0).as_deref(), Some("m/s²"));
+    assert_eq!(unit(two, 1), None);
+    let one = b"# fs = 100\nleft force (N)\n1\n2\n";
+    assert_eq!(unit(one, 0).as_deref(), Some("N"));
+    for none in ["x()", "x (N) left", "x"] {
+        let text = format!("# fs = 100\n{none}\n1\n2\n");
+        assert_eq!(unit(text.as_bytes(), 0), None, "{none}");
+    }
+    assert_eq!(unit(b"# fs = 100\n1\n2\n", 0), None);
+}
+
+#[test]
 fn csv_forms() {
     let b = Bench::new();
     let one = ReadOptions {

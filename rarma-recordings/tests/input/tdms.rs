@@ -108,7 +108,7 @@ fn two(chunks: usize) -> Vec<u8> {
     says.u32(2);
     says.object("/'Vib'/'x'", F64, 100, 2)
         .step(1.0 / 51_200.0)
-        .word("unit_string", "m/s^2");
+        .word("unit_string", "m/s²");
     says.object("/'Vib'/'y'", F64, 100, 1).step(1.0 / 51_200.0);
     let chunk = |k: usize| {
         let channel = |c| doubles(&waves(100 * k, 100 * (k + 1), c));
@@ -132,11 +132,12 @@ fn channels_one_after_the_other_in_chunks_that_repeat() {
     let file = two(200);
     let r = b.read("a.tdms", &file).unwrap();
     assert_eq!((r.fs, r.channels, r.full_scale), (51_200.0, 2, None));
-    assert_eq!(r.format, "TDMS, 0 'Vib/x' in m/s^2, 1 'Vib/y'");
+    assert_eq!(r.format, "TDMS, 0 'Vib/x' in m/s², 1 'Vib/y'");
     assert_eq!(r.samples, waves(0, 20_000, 0));
+    assert_eq!(r.unit.as_deref(), Some("m/s²"));
     assert!(r.notices.is_empty(), "{:?}", r.notices);
     let r = b.with("a.tdms", &file, &channel(1)).unwrap();
-    assert_eq!(r.samples, waves(0, 20_000, 1));
+    assert_eq!((r.samples, r.unit), (waves(0, 20_000, 1), None));
     let path = b.file("b.tdms", &file);
     let both = input::read_channels(&path, &opts(), None, None).unwrap();
     assert_eq!(both[1].samples, waves(0, 20_000, 1));

@@ -1,5 +1,6 @@
-//! The Python package (`rarma-py`): linted, built as a wheel, installed into a clean environment
-//! and tested there against the command; its notebooks run in another one.
+//! The Python package (`rarma-py`): linted, built as a wheel and tested against the command in an
+//! environment with what the tests need; installed as a user does into an empty one; and run beside
+//! the packages of others, with its notebooks, in a third.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -16,6 +17,21 @@ const TESTS: &str = "rarma-py/requirements-test.txt";
 /// What the notebooks need, and what runs them.
 const NOTEBOOKS: &str = "rarma-py/notebooks/requirements.txt";
 const RUN_NOTEBOOKS: &str = "rarma-py/notebooks/run.py";
+/// Those that rarma is compared with: one sensor, and several. Each ends with 1 where rarma is not as
+/// near as it states.
+const COMPARE: &str = "rarma-py/compare";
+const COMPARE_SEVERAL: &str = "rarma-py/compare/several.py";
+/// Of the first, what takes seconds.
+const SHORT: [&str; 4] = ["--check", "--seeds=20", "--cases=4", "--limit-s=5"];
+/// The page whose first block of Python is the first thing that a user runs.
+const PAGE: &str = "docs/python.md";
+/// A recording of a shop for the notebook that takes one, where it is there: file, speed (1/min) and
+/// teeth, of `labels.json` beside it.
+const SHOP: [&str; 3] = [
+    "../shared/data/recordings/rahimi_mill_sound/combined_chatter6567.wav",
+    "3230",
+    "4",
+];
 /// Tells tests and notebooks where the command is.
 const PROGRAM: &str = "RARMA_PROGRAM";
 
@@ -63,31 +79,73 @@ pub fn check(workspace: &Workspace) -> Result<Outcome> {
         wheel.file_name().unwrap_or_default().to_string_lossy(),
         size as f64 / 1e6
     );
+    let mut left_out = Vec::new();
+    // What it depends on may be out of reach.
+    match Environment::of_wheel(&python, folder.join("clean"), &wheel) {
+        Ok(clean) => first_minutes(workspace, &clean)?,
+        Err(failure) => left_out.push(format!("not installed as a user does: {failure}")),
+    }
     let list = workspace.root().join(NOTEBOOKS);
     match Environment::make(&python, folder.join("notebooks"), &list) {
         Ok(environment) => {
-            run_notebooks(workspace, &environment, &wheel, &program)?;
-            Ok(Outcome::Passed(told))
+            environment.install(&["--no-deps", "--force-reinstall"], &wheel)?;
+            beside_others(workspace, &environment)?;
+            run_notebooks(workspace, &environment, &program)?;
         }
         // Packages of others, which a new Python may not have yet.
-        Err(failure) => Ok(Outcome::Partly(format!(
-            "{told}; the notebooks were not run: {failure}"
-        ))),
+        Err(failure) => left_out.push(format!("notebooks and comparison were not run: {failure}")),
     }
+    Ok(match left_out.is_empty() {
+        true => Outcome::Passed(told),
+        false => Outcome::Partly(format!("{told}; {}", left_out.join("; "))),
+    })
 }
 
-fn run_notebooks(
-    workspace: &Workspace,
-    environment: &Environment,
-    wheel: &Path,
-    program: &Path,
-) -> Result<()> {
-    environment.install(&["--no-deps", "--force-reinstall"], wheel)?;
+/// The first block of the page, with nothing but the wheel and what it depends on.
+fn first_minutes(workspace: &Workspace, clean: &Environment) -> Result<()> {
+    let page = crate::page::read(&workspace.root().join(PAGE))?;
+    let block =
+        first_block(&page).ok_or_else(|| Failure::new(format!("{PAGE} has no block of Python")))?;
+    let mut python = clean.python();
+    println!(
+        "{} -c (the first block of {PAGE})",
+        clean.program().display()
+    );
+    process::run(python.args(["-c", block]))
+}
+
+/// The first block of Python of a page.
+fn first_block(page: &str) -> Option<&str> {
+    let (_, rest) = page.split_once("```python\n")?;
+    Some(rest.split_once("```")?.0)
+}
+
+fn beside_others(workspace: &Workspace, environment: &Environment) -> Result<()> {
+    for (script, options) in [(COMPARE_SEVERAL, &[][..]), (COMPARE, &SHORT[..])] {
+        let mut python = environment.python();
+        python
+            .arg(workspace.root().join(script))
+            .args(options)
+            .env("PYTHONDONTWRITEBYTECODE", "1");
+        run(&mut python)?;
+    }
+    Ok(())
+}
+
+fn run_notebooks(workspace: &Workspace, environment: &Environment, program: &Path) -> Result<()> {
     let mut notebooks = environment.python();
     notebooks
         .arg(workspace.root().join(RUN_NOTEBOOKS))
         .env("PYTHONDONTWRITEBYTECODE", "1")
         .env(PROGRAM, program);
+    let [recording, rpm, teeth] = SHOP;
+    let recording = workspace.root().join(recording);
+    if recording.is_file() {
+        notebooks
+            .env("RARMA_RECORDING", recording)
+            .env("RARMA_RPM", rpm)
+            .env("RARMA_TEETH", teeth);
+    }
     run(&mut notebooks)
 }
 
@@ -170,6 +228,17 @@ impl Environment {
         Ok(environment)
     }
 
+    /// A new one with a wheel and what it depends on, each time.
+    fn of_wheel(python: &Path, folder: PathBuf, wheel: &Path) -> Result<Self> {
+        let environment = Self { folder };
+        let mut venv = Command::new(python);
+        venv.args(["-m", "venv", "--clear"])
+            .arg(&environment.folder);
+        run(&mut venv)?;
+        environment.install(&[], wheel)?;
+        Ok(environment)
+    }
+
     fn install(&self, options: &[&str], what: &Path) -> Result<()> {
         let mut pip = self.python();
         pip.args([
@@ -193,5 +262,21 @@ impl Environment {
             false => "bin/python",
         };
         self.folder.join(place)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_block_of_the_page_needs_the_package_alone() {
+        let workspace = Workspace::locate().expect("the workspace");
+        let page = fs::read_to_string(workspace.root().join(PAGE)).expect("the page");
+        let block = first_block(&page).expect("a block");
+        assert!(block.contains("rarma.RecursiveArma"), "{block}");
+        let imports = block.lines().filter(|line| line.starts_with("import "));
+        let imports: Vec<&str> = imports.collect();
+        assert_eq!(imports, ["import numpy as np", "import rarma"]);
     }
 }

@@ -59,7 +59,7 @@ pub(super) fn html(
             chosen: order == found.order,
         })
         .collect();
-    body += &diagram(&poles, density, edges, "states", STABLE);
+    body += &diagram(&poles, &[], density, edges, "states", STABLE);
     body += "<h2>Shapes of the modes that are stable, in frequency at least</h2>\n";
     for mode in found.modes.iter().filter(|m| m.pole.stable_f) {
         body += &shape(mode);

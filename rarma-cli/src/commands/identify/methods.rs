@@ -21,7 +21,8 @@ pub(super) struct Reading {
     pub seconds: f64,
 }
 
-/// All methods that make sense for the order, the one that was asked for first.
+/// All methods that make sense for the order, the one that was asked for first, with the memory that
+/// was asked for; the others forget nothing.
 pub(super) fn readings(part: &Part, args: &IdentifyArgs) -> Vec<Reading> {
     let (p, q) = args.order;
     let long = (STANDS_IN * (p + q), 0);
@@ -43,16 +44,18 @@ pub(super) fn readings(part: &Part, args: &IdentifyArgs) -> Vec<Reading> {
             all.push((method, order));
         }
     }
+    let asked = Memory {
+        forgetting: args.forgetting,
+        random_walk: args.random_walk,
+    };
+    let memories = std::iter::once(asked).chain(std::iter::repeat(Memory::WHOLE));
     all.into_iter()
-        .map(|(m, order)| reading(part, m, order))
+        .zip(memories)
+        .map(|((method, order), memory)| reading(part, method, order, memory))
         .collect()
 }
 
-fn reading(part: &Part, method: Method, order: (usize, usize)) -> Reading {
-    let memory = Memory {
-        forgetting: 1.0,
-        random_walk: 0.0,
-    };
+fn reading(part: &Part, method: Method, order: (usize, usize), memory: Memory) -> Reading {
     let begun = Instant::now();
     let modes =
         with_stack(|| estimators::fit(method, &part.samples, order, memory)).and_then(|model| {

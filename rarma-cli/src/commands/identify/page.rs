@@ -25,6 +25,7 @@ pub(super) fn html(part: &Part, found: &Identified, args: &IdentifyArgs, title: 
     if !candidates.is_empty() {
         body += &diagram(
             &order::poles(&candidates, Some(found.order)),
+            &order::agreed(&candidates, found.order),
             &estimate,
             part.edges(),
             "parameters p + q",

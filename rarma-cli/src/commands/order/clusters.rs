@@ -64,6 +64,12 @@ pub(super) fn clusters(candidates: &[Candidate], choice: [usize; 2]) -> Vec<Clus
         .collect()
 }
 
+/// Where the clusters stand, Hz.
+pub(in crate::commands) fn agreed(candidates: &[Candidate], choice: [usize; 2]) -> Vec<f64> {
+    let found = clusters(candidates, choice);
+    found.iter().map(|cluster| cluster.f).collect()
+}
+
 /// Median, least and largest.
 fn spread(values: impl Iterator<Item = f64>) -> (f64, [f64; 2]) {
     let mut values: Vec<f64> = values.collect();

@@ -1,7 +1,7 @@
 //! The page of `rarma order`: the diagram over orders, its columns, the criteria, and how good the
 //! chosen model is.
 
-use super::{Candidate, Choice};
+use super::{Candidate, Choice, agreed};
 use crate::args::Method;
 use crate::commands::band::Part;
 use crate::commands::estimators::{self, Memory};
@@ -24,6 +24,7 @@ pub(super) fn html(part: &Part, found: &Choice, title: &str) -> String {
     let estimate = psd::estimate(part);
     body += &diagram(
         &poles(&found.candidates, Some(found.choice)),
+        &agreed(&found.candidates, found.choice),
         &estimate,
         part.edges(),
         "parameters p + q",
@@ -147,12 +148,8 @@ fn criteria(found: &Choice) -> String {
 /// Density and residuals of the chosen model.
 fn chosen(part: &Part, found: &Choice, estimate: &[(f64, f64)]) -> String {
     let [p, q] = found.choice;
-    let memory = Memory {
-        forgetting: 1.0,
-        random_walk: 0.0,
-    };
     let y = &part.samples;
-    let Ok(model) = with_stack(|| estimators::fit(Method::Pem, y, (p, q), memory)) else {
+    let Ok(model) = with_stack(|| estimators::fit(Method::Pem, y, (p, q), Memory::WHOLE)) else {
         return String::new();
     };
     let errors = residuals(y, &model.a, &model.c);

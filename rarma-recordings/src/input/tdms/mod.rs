@@ -346,6 +346,10 @@ impl Blocks for Held {
         })
     }
 
+    fn unit(&self, channel: usize) -> Option<String> {
+        self.channels.get(channel)?.unit.clone()
+    }
+
     fn no_channel(&self, asked: usize, channels: usize) -> InputError {
         let what = format!(
             "channel {asked} asked for, but there are {channels}: {}",

@@ -208,9 +208,8 @@ fn python(program: &str, words: &[String]) -> Result<Plan, String> {
             "rarma-py/benchmark.py" => {
                 Ok(Plan::Not("it measures times, which wants a machine alone"))
             }
-            "rarma-py/notebooks/run.py" => Ok(Plan::Stage("python")),
-            "rarma-py/compare" | "rarma-py/compare/several.py" => {
-                Ok(Plan::Not("it takes minutes, and packages of others"))
+            "rarma-py/notebooks/run.py" | "rarma-py/compare" | "rarma-py/compare/several.py" => {
+                Ok(Plan::Stage("python"))
             }
             _ => Err(format!("`{script}`: no such script")),
         },
@@ -347,6 +346,8 @@ mod tests {
             ("maturin build --release", "python"),
             ("python3 -m pip install rarma.whl", "python"),
             ("python3 rarma-py/notebooks/run.py", "python"),
+            ("python3 rarma-py/compare", "python"),
+            ("python3 rarma-py/compare/several.py", "python"),
         ] {
             assert_eq!(plan(text), Ok(Plan::Stage(stage)), "{text}");
             let there = crate::verify::stages::ALL
