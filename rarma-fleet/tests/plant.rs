@@ -70,9 +70,9 @@ fn a_plant_that_breaks_loses_and_doubles_no_record() {
             gateway_kills: 2,
             cuts: 1,
             disk_full: true,
-            // A quarter of an hour of eight boxes goes by in a second.
-            unheard_most: 0.1,
-            called_least: 0.9,
+            // 0.2 to 0.7 % was measured; one of its nine alarms may begin in it.
+            unheard_most: 0.02,
+            called_least: 0.8,
         });
     }
 }
@@ -95,7 +95,9 @@ fn a_plant_that_breaks_loses_and_doubles_no_record_long() {
             gateway_kills: 10,
             cuts: 1,
             disk_full: true,
-            unheard_most: 0.005,
+            // What is in the sockets when the gateway is killed: 0.09 % on two cores, 2 % where other programs
+            // took most of them.
+            unheard_most: 0.03,
             called_least: 0.95,
         });
     }
