@@ -55,12 +55,19 @@ fn until<T>(what: &str, mut is: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-/// `rarma box` on a network, with these words besides; and its port.
-fn box_of(words: &[&str]) -> (Ends, String) {
+/// The whole firmware cuts into chatter; an agent of MTConnect hears of it line by line.
+#[test]
+fn an_agent_hears_of_a_real_boxs_chatter() {
+    let folder = tempfile::tempdir().unwrap();
     let mut the_box = rarma();
-    the_box.args(["box", "--listen", "127.0.0.1:0"]).args(words);
-    let child = the_box.stdout(Stdio::piped()).stderr(Stdio::null());
-    let mut the_box = Ends(child.spawn().unwrap());
+    the_box.args(["box", "--sim", "chatter-onset", "--listen", "127.0.0.1:0"]);
+    let mut the_box = Ends(
+        the_box
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap(),
+    );
     let said = lines(the_box.0.stdout.take().unwrap());
     let port = until("the box's address", || {
         let said = said.lock().unwrap();
@@ -70,14 +77,6 @@ fn box_of(words: &[&str]) -> (Ends, String) {
         let digits: String = address.chars().take_while(char::is_ascii_digit).collect();
         (!digits.is_empty()).then_some(digits)
     });
-    (the_box, port)
-}
-
-/// The whole firmware cuts into chatter; an agent of MTConnect hears of it line by line.
-#[test]
-fn an_agent_hears_of_a_real_boxs_chatter() {
-    let folder = tempfile::tempdir().unwrap();
-    let (_box, port) = box_of(&["--sim", "chatter-onset"]);
     let boxes =
         format!("[[box]]\nname = \"box-1\"\nmachine = \"M1\"\nport = \"tcp:127.0.0.1:{port}\"\n");
     let config = file(folder.path(), &boxes, "shdr = \"127.0.0.1:0\"\n");
@@ -167,127 +166,6 @@ fn broker(folder: &Path) -> Option<(Ends, u16)> {
         TcpStream::connect(("127.0.0.1", port)).ok()
     });
     Some((child, port))
-}
-
-/// A controller of three messages, which shares no line with the gateway: CONNECT, and PUBLISH of a payload
-/// with one metric.
-struct Controller(TcpStream);
-
-impl Controller {
-    fn connect(port: u16) -> Self {
-        let mut socket = TcpStream::connect(("127.0.0.1", port)).unwrap();
-        // MQTT 3.1.1, a clean session, no heartbeat, the name "plc".
-        let connect = b"\x10\x0f\x00\x04MQTT\x04\x02\x00\x00\x00\x03plc";
-        socket.write_all(connect).unwrap();
-        let mut taken = [0; 4];
-        socket.read_exact(&mut taken).unwrap();
-        assert_eq!(taken, [0x20, 2, 0, 0]);
-        Self(socket)
-    }
-
-    fn write(&mut self, device: &str, metric: &str, value: f64) {
-        // Protocol buffers: name (1), datatype (4) 10, a double, and the value (13).
-        let mut inside = vec![0x0a, metric.len() as u8];
-        inside.extend(metric.bytes());
-        inside.extend([0x20, 10, 0x69]);
-        inside.extend(value.to_le_bytes());
-        // The payload's metric (2), behind the topic.
-        let topic = format!("spBv1.0/plant/DCMD/gw/{device}");
-        let mut packet = vec![0, topic.len() as u8];
-        packet.extend(topic.bytes());
-        packet.extend([0x12, inside.len() as u8]);
-        packet.extend(inside);
-        assert!(packet.len() < 128);
-        let mut out = vec![0x30, packet.len() as u8];
-        out.extend(packet);
-        self.0.write_all(&out).unwrap();
-    }
-}
-
-/// The whole firmware, on a network and with a key: what a controller writes counts there. docs/plant.md has the
-/// times.
-#[test]
-fn a_controller_tells_a_box_with_a_key_its_speed_and_teeth() {
-    let folder = tempfile::tempdir().unwrap();
-    let Some((_broker, port)) = broker(folder.path()) else {
-        return;
-    };
-    let at = |name: &str| folder.path().join(name).display().to_string();
-    fs::write(at("box.key"), "5a".repeat(32)).unwrap();
-    let quiet = "name = \"quiet\"\nabout = \"nothing is heard\"\nduration_s = 120\n";
-    fs::write(at("quiet.toml"), quiet).unwrap();
-    let (_box, box_port) = box_of(&["--sim", &at("quiet.toml"), "--key", &at("box.key")]);
-    let box_port = format!("tcp:127.0.0.1:{box_port}");
-    let boxes = format!(
-        "[[box]]\nname = \"box-1\"\nmachine = \"M1\"\nport = {box_port:?}\nkey = \"box.key\"\n"
-    );
-    let more = format!(
-        "stretch_s = 1\n[broker]\nhost = \"127.0.0.1\"\nport = {port}\nin_clear = true\nacknowledge = \"broker\"\n"
-    );
-    let mut gateway = rarma();
-    gateway
-        .arg("gateway")
-        .arg(file(folder.path(), &boxes, &more))
-        .args(["--every", "0.2", "--json"]);
-    let child = gateway.stdout(Stdio::piped()).stderr(Stdio::piped());
-    let mut gateway = Ends(child.spawn().unwrap());
-    let standing = lines(gateway.0.stdout.take().unwrap());
-    let told = lines(gateway.0.stderr.take().unwrap());
-    // Everything the box says, to somebody else.
-    let mut decode = rarma();
-    decode.args(["decode", &box_port, "--json"]);
-    let mut decode = Ends(decode.stdout(Stdio::piped()).spawn().unwrap());
-    let says = lines(decode.0.stdout.take().unwrap());
-    let messages = |from: usize, kind: &str| -> Vec<(usize, serde_json::Value)> {
-        let says = says.lock().unwrap();
-        let of = says.iter().enumerate().skip(from).filter_map(|(k, line)| {
-            let line: serde_json::Value = serde_json::from_str(line).ok()?;
-            Some((k, line["message"].get(kind)?.clone()))
-        });
-        of.collect()
-    };
-    until("the broker's first acknowledgement", || {
-        let last = standing.lock().unwrap().last().cloned()?;
-        let last: serde_json::Value = serde_json::from_str(&last).unwrap();
-        last["acknowledged"].as_u64().filter(|&n| n > 0)
-    });
-
-    let mut controller = Controller::connect(port);
-    for rpm in [6120.0, 9000.0] {
-        let written = Instant::now();
-        controller.write("box-1", "Spindle/Speed", rpm);
-        until("the speed in a verdict", || {
-            let verdicts = messages(0, "Verdict");
-            let spindle = &verdicts.last()?.1["spindle"];
-            let is = spindle["hz"] == rpm / 60.0 && spindle["source"] == "Told";
-            is.then_some(())
-        });
-        println!(
-            "a speed counts after {:.2} s",
-            written.elapsed().as_secs_f64()
-        );
-    }
-    let before = says.lock().unwrap().len();
-    let written = Instant::now();
-    controller.write("box-1", "Spindle/Teeth", 6.0);
-    until("a verdict of a monitor that was started anew", || {
-        let (started, _) = *messages(before, "Started").first()?;
-        messages(started, "Verdict").first().map(drop)
-    });
-    println!("teeth count after {:.2} s", written.elapsed().as_secs_f64());
-    let mut asks = rarma();
-    asks.args(["connect", &box_port, "--look", "--seconds", "1"]);
-    let asked = asks.args(["--say", "read monitor.teeth"]).output().unwrap();
-    let said = String::from_utf8(asked.stdout).unwrap();
-    assert!(said.contains("monitor.teeth = 6"), "{said}");
-    // Nobody was left in control.
-    let status = until("a status", || messages(before, "Status").pop());
-    assert_eq!(status.1["control"]["by"], 0, "{status:?}");
-    let told = told.lock().unwrap();
-    assert!(
-        !told.iter().any(|line| line.contains("not told")),
-        "{told:?}"
-    );
 }
 
 /// What a box has said goes through gateway and broker into a store, once: the same from another

@@ -10,6 +10,7 @@ mod plant {
     pub mod link;
     mod sparkplug;
     pub mod store;
+    mod told;
     mod ways;
 }
 

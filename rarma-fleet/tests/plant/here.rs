@@ -34,7 +34,12 @@ impl Here {
                 "[[box]]\nname = \"box-{k}\"\nmachine = \"M{k}\"\nport = \"tcp:127.0.0.1:{port}\"\nstarted = \"2026-01-05T00:00:00Z\"\n"
             ));
         }
-        let config = Config::parse(&text, folder).unwrap();
+        Self::of(folder, &text)
+    }
+
+    /// What a file says, whose paths are beside the folder.
+    pub fn of(folder: &Path, text: &str) -> Self {
+        let config = Config::parse(text, folder).unwrap();
         let said: Arc<Mutex<Vec<String>>> = Arc::default();
         let kept = Arc::clone(&said);
         let tell = move |_, line: &str| kept.lock().unwrap().push(line.to_owned());
