@@ -6,9 +6,12 @@ mod plant {
     pub mod broker;
     pub mod checks;
     pub mod gateway;
+    pub mod here;
     pub mod link;
     mod sparkplug;
     pub mod store;
+    mod told;
+    mod ways;
 }
 
 use plant::boxes::{Plan, SimulatedBox};
@@ -31,6 +34,10 @@ struct Trouble {
     gateway_kills: u32,
     cuts: u32,
     disk_full: bool,
+    /// At most this part of the time is not heard.
+    unheard_most: f64,
+    /// At least this part of the alarms that were is called.
+    called_least: f64,
 }
 
 /// The gateway's own process, which the others start and kill: alone it does nothing.
@@ -39,6 +46,12 @@ fn gateway_child() {
     if plant::gateway::is_child() {
         plant::gateway::child();
     }
+}
+
+/// The same of a store.
+#[test]
+fn store_child() {
+    let _ = plant::store::child();
 }
 
 /// Four hours of eight machines, everything broken at least once.
@@ -58,6 +71,9 @@ fn a_plant_that_breaks_loses_and_doubles_no_record() {
             gateway_kills: 2,
             cuts: 1,
             disk_full: true,
+            // 0.2 to 0.7 % was measured; one of its nine alarms may begin in it.
+            unheard_most: 0.02,
+            called_least: 0.8,
         });
     }
 }
@@ -80,6 +96,10 @@ fn a_plant_that_breaks_loses_and_doubles_no_record_long() {
             gateway_kills: 10,
             cuts: 1,
             disk_full: true,
+            // What is in the sockets when the gateway is killed: 0.09 % on two cores, 2 % where other programs
+            // took most of them.
+            unheard_most: 0.03,
+            called_least: 0.95,
         });
     }
 }
@@ -112,6 +132,8 @@ fn as_fast_as_it_goes(seconds: u64) {
             gateway_kills: 0,
             cuts: 0,
             disk_full: false,
+            unheard_most: 0.0,
+            called_least: 1.0,
         });
     }
 }
@@ -243,9 +265,15 @@ fn go(trouble: &Trouble) {
     }
     let (stored, receiver) = store.end();
     let figures = checks::all(&boxes, &stored, trouble.plan.seconds, last);
-    println!("{figures}");
+    println!("{}", figures.said);
+    assert!(
+        figures.unheard <= trouble.unheard_most && figures.called >= trouble.called_least,
+        "not heard {:.4} of the time, called {:.4} of the alarms",
+        figures.unheard,
+        figures.called
+    );
     println!(
-        "boxes done after {boxes_s:.1} s, all stored after {all_s:.1} s: {:.0} records/s, {:.0} frames/s; gateway at most {:.1} MB; refused {:?}",
+        "boxes done after {boxes_s:.1} s, all stored after {all_s:.1} s: {:.0} records/s, {:.0} frames/s; gateway at most {:.1} MB; {} records came again; refused {:?}",
         stored.len() as f64 / all_s,
         boxes
             .iter()
@@ -253,6 +281,7 @@ fn go(trouble: &Trouble) {
             .sum::<u64>() as f64
             / boxes_s,
         places.most_memory_mb(),
+        receiver.repeated,
         receiver.refused,
     );
     assert!(

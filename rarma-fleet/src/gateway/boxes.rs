@@ -7,6 +7,7 @@ use super::journal::Entry;
 use super::link::{Link, Open};
 use super::metrics::{Live, OfBox, Value};
 use super::notices::Notices;
+use super::slots::Slots;
 use super::speaking::{News, Speaking};
 use super::told::Told;
 use super::words;
@@ -14,11 +15,12 @@ use crate::record::{Body, Name, Record, Utc, settings_hash, to_line};
 use rarma_box::guard::FaultRecord;
 use rarma_box::wire::{Answer, Head, Identity, LinkKey, Telemetry};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender};
+use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// A box that cannot be reached is tried again after so long; doubled up to the most.
+/// A box that cannot be reached, or whose link holds for less, is tried again after so long; doubled up
+/// to the most.
 const AGAIN: Duration = Duration::from_secs(1);
 const AGAIN_MOST: Duration = Duration::from_secs(15);
 /// A box that says nothing for so long is not there, whatever its link says.
@@ -35,13 +37,21 @@ pub(super) struct Batch {
 /// What the threads of a box share with the rest.
 pub(super) struct Shared {
     pub live: Mutex<Live>,
+    pub told: Mutex<Slots>,
 }
 
 impl Shared {
     pub fn live(&self) -> std::sync::MutexGuard<'_, Live> {
         self.live.lock().unwrap_or_else(PoisonError::into_inner)
     }
+
+    pub fn told(&self) -> std::sync::MutexGuard<'_, Slots> {
+        self.told.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
+
+/// Why a recording is told nothing.
+pub(super) const RECORDING: &str = "not told: it is a recording";
 
 pub(super) struct BoxThread {
     pub config: BoxConfig,
@@ -50,7 +60,6 @@ pub(super) struct BoxThread {
     pub keep: Duration,
     pub before: Option<UnderWay>,
     pub shared: Arc<Shared>,
-    pub told: Receiver<Told>,
     pub batches: SyncSender<Batch>,
     pub notices: Notices,
     pub stop: Arc<AtomicBool>,
@@ -70,23 +79,28 @@ impl BoxThread {
         while !self.stopped() {
             match open.open(&self.config.port, self.config.baud) {
                 Ok(mut link) => {
+                    let opened = Instant::now();
                     let heard = self.listen(&mut *link, &mut condenser);
                     self.shared.live().here = false;
                     match heard {
                         Ok(()) => break,
                         Err(why) => self.notices.of_box(&self.config.name, &why),
                     }
-                    (again, reachable) = (AGAIN, true);
+                    reachable = true;
+                    if opened.elapsed() >= AGAIN {
+                        again = AGAIN;
+                        continue;
+                    }
                 }
                 Err(why) => {
                     if std::mem::take(&mut reachable) {
                         self.notices
                             .of_box(&self.config.name, &format!("{why}; it is tried again"));
                     }
-                    self.pause(again);
-                    again = (2 * again).min(AGAIN_MOST);
                 }
             }
+            self.pause(again);
+            again = (2 * again).min(AGAIN_MOST);
         }
         if self.config.started.is_some() && !self.stopped() {
             // A recording has ended, and with it what was under way.
@@ -96,9 +110,27 @@ impl BoxThread {
         }
     }
 
+    /// Until the link ends. What was to be told then waits for the next one.
     fn listen(&self, link: &mut dyn Link, condenser: &mut Condenser) -> Result<(), String> {
-        let answers = link.answers();
+        if !link.answers() && !self.shared.told().close().is_empty() {
+            self.refused(RECORDING);
+        }
         let mut speaking = Speaking::new(rand::random(), self.key);
+        let heard = self.hear(link, condenser, &mut speaking);
+        let mut told = self.shared.told();
+        for (one, at) in speaking.rest() {
+            told.put(one, at);
+        }
+        heard
+    }
+
+    fn hear(
+        &self,
+        link: &mut dyn Link,
+        condenser: &mut Condenser,
+        speaking: &mut Speaking,
+    ) -> Result<(), String> {
+        let answers = link.answers();
         let mut kept = Instant::now();
         let mut asked = Instant::now();
         let mut news = Vec::new();
@@ -111,9 +143,7 @@ impl BoxThread {
         }
         while !self.stopped() {
             if answers {
-                while let Ok(told) = self.told.try_recv() {
-                    speaking.tell(told);
-                }
+                self.take_told(condenser, speaking);
                 if asked.elapsed() > SETTINGS {
                     speaking.ask_settings();
                     asked = Instant::now();
@@ -165,6 +195,20 @@ impl BoxThread {
             }
         }
         Ok(())
+    }
+
+    /// What controllers have told since: the tool for records, the rest for the box.
+    fn take_told(&self, condenser: &mut Condenser, speaking: &mut Speaking) {
+        let told = self.shared.told().drain();
+        for (one, at) in told {
+            if let Told::Tool(tool) = one {
+                let shown = tool.as_ref().map(|name| Value::Text(name.to_string()));
+                self.shared.live().set(OfBox::Tool, shown);
+                condenser.whose.tool = tool;
+            } else {
+                speaking.tell(one, at);
+            }
+        }
     }
 
     fn identity(&self, message: &Telemetry, condenser: &mut Condenser) {
@@ -252,15 +296,17 @@ impl BoxThread {
                     .live()
                     .set(OfBox::Teeth, Some(Value::Count(u64::from(teeth))));
             }
-            // The box's own verdicts tell the speed that is in force.
-            News::Taken(Told::Speed(_)) => {}
-            News::Refused(why) => {
-                self.shared
-                    .live()
-                    .set(OfBox::Notice, Some(Value::Text(why.clone())));
-                self.notices.of_box(&self.config.name, &why);
-            }
+            // The box's own verdicts tell the speed that is in force; a tool is not told to it.
+            News::Taken(Told::Speed(_) | Told::Tool(_)) => {}
+            News::Refused(why) => self.refused(&why),
         }
+    }
+
+    fn refused(&self, why: &str) {
+        self.shared
+            .live()
+            .set(OfBox::Notice, Some(Value::Text(why.to_owned())));
+        self.notices.of_box(&self.config.name, why);
     }
 
     fn entry(&self, record: &Record) -> Option<Entry> {
@@ -300,9 +346,14 @@ impl BoxThread {
         self.stop.load(Ordering::Relaxed)
     }
 
+    /// Waits. What was told meanwhile is told to the box if it comes back in time, and dropped if not.
     fn pause(&self, long: Duration) {
         let until = Instant::now() + long;
         while Instant::now() < until && !self.stopped() {
+            let old = self.shared.told().old(Instant::now());
+            for told in old {
+                self.refused(&format!("not told: {told}: the box is away"));
+            }
             std::thread::sleep(Duration::from_millis(50));
         }
     }
@@ -318,3 +369,7 @@ fn clock_words(fault: ClockFault) -> String {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "boxes_tests.rs"]
+mod tests;

@@ -87,7 +87,7 @@ impl Condenser {
             Telemetry::Verdict(verdict) => {
                 let (box_s, time, clock, fault) = self.when(verdict.sample, arrival)?;
                 let seen = Seen { head, time, clock };
-                let next = stretch(verdict, time, box_s);
+                let next = stretch(verdict, time, box_s, self.whose.tool.clone());
                 self.verdict(&seen, next, with);
                 return fault;
             }
@@ -180,10 +180,11 @@ impl Condenser {
             ..seen.clock
         };
         let id = (seen.session(), number(seen.head.sequence, STRETCH));
-        with(
-            self.whose
-                .record(id, ended.from, clock, ended.body(seconds)),
-        );
+        let tool = ended.tool.clone();
+        let record = self
+            .whose
+            .record(id, ended.from, clock, ended.body(seconds));
+        with(Record { tool, ..record });
     }
 
     /// What was under way ended where it was last heard; then comes a hole, then `next`.
@@ -213,7 +214,12 @@ impl Condenser {
                 ..seen.clock
             };
             let id = (seen.session(), number(seen.head.sequence, HOLE));
-            with(self.whose.record(id, last, clock, hole));
+            let record = self.whose.record(id, last, clock, hole);
+            // Which tools there were meanwhile is not known either.
+            with(Record {
+                tool: None,
+                ..record
+            });
         }
         self.begin(seen, next, alarm);
     }
@@ -235,14 +241,17 @@ impl Condenser {
             time_sd_s: None,
         };
         let (session, sequence) = (ended.session, ended.sequence);
+        let tool = ended.stretch.tool.clone();
         if seconds > 0.0 {
             let from = ended.stretch.from;
             let clock = clock(ended.stretch.from_box_s);
             let id = (session, number(sequence, STRETCH_ENDED));
-            with(
-                self.whose
-                    .record(id, from, clock, ended.stretch.body(seconds)),
-            );
+            let body = ended.stretch.body(seconds);
+            let record = self.whose.record(id, from, clock, body);
+            with(Record {
+                tool: tool.clone(),
+                ..record
+            });
         }
         let alarm = ended.alarm?;
         if alarm_goes_on {
@@ -251,7 +260,8 @@ impl Condenser {
         let clock = clock(ended.box_s);
         let id = (session, number(sequence, ALARM_ENDED));
         let body = alarm.released(None, ended.box_s);
-        with(self.whose.record(id, last, clock, body));
+        let record = self.whose.record(id, last, clock, body);
+        with(Record { tool, ..record });
         None
     }
 

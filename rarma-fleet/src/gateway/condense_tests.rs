@@ -244,3 +244,50 @@ fn a_monitor_started_anew_in_the_same_run_is_named() {
     );
     assert!(matches!(fault, Some(ClockFault::BoxBack { .. })));
 }
+
+/// The tool that is told last before a stretch's last verdict is the stretch's; that of a hole nobody knows.
+#[test]
+fn records_have_the_tool_that_was_told_while_they_lasted() {
+    let mut condenser = condenser(None);
+    let mut records = Vec::new();
+    let mut sequence = 0;
+    let mut say = |condenser: &mut Condenser, number: u32, t: f64, state| {
+        sequence += number;
+        let frame = verdict(t, state);
+        let _ = condenser.take(head(7, sequence), &frame, at(t), &mut |r| records.push(r));
+    };
+    let tool = |name: &str| Some(Name::new(name).unwrap());
+    say(&mut condenser, 1, 0.0, decide::State::Stable);
+    condenser.whose.tool = tool("T1");
+    say(&mut condenser, 1, 1.0, decide::State::Stable);
+    say(&mut condenser, 1, 2.0, decide::State::Idle);
+    condenser.whose.tool = tool("T2");
+    say(&mut condenser, 1, 3.0, decide::State::Stable);
+    say(&mut condenser, 1, 4.0, decide::State::Stable);
+    // Not heard for a while, in which the tool is changed.
+    condenser.whose.tool = tool("T3");
+    say(&mut condenser, 90, 94.0, decide::State::Chatter);
+    say(&mut condenser, 1, 95.0, decide::State::Idle);
+    let kinds: Vec<(f64, &str, Option<&str>)> = records
+        .iter()
+        .map(|r| {
+            let reason = match &r.body {
+                Body::Verdict(v) => v.state.name(),
+                other => other.kind().name(),
+            };
+            let tool = r.tool.as_ref().map(Name::as_str);
+            (r.time.since_s(at(0.0)), reason, tool)
+        })
+        .collect();
+    assert_eq!(
+        kinds,
+        [
+            (0.0, "stable", Some("T1")),
+            (2.0, "idle", Some("T1")),
+            (3.0, "stable", Some("T2")),
+            (4.0, "invalid", None),
+            (94.0, "alarm-called", Some("T3")),
+            (94.0, "chatter", Some("T3")),
+        ]
+    );
+}

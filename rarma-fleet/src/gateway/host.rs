@@ -9,17 +9,22 @@
 //! the gateway sends it again. So a store gets each number once and in order, whatever the broker loses,
 //! doubles or turns about. What a gateway made twice itself it named twice the same, which the store
 //! knows by the record's name.
+//!
+//! **A record of a later schema** (a gateway that is newer than this program) is not stored, so neither it nor
+//! what follows is acknowledged: it stays in the gateway's journal. What follows is taken all the same, and
+//! the gateway hears how far that is (`Journal/Come`), so that it goes on. A newer program gets all of
+//! it again, and knows what it has by its name.
 
-use super::config::Broker;
+mod wire;
+
 use super::metrics::{NODE, OfNode, REBIRTH, node_alias};
 use super::session::NAMESPACE;
-use crate::record::{Record, RecordError, Utc, from_line};
-use rumqttc::{AsyncClient, Event, LastWill, MqttOptions, Packet, QoS};
+use crate::record::{Record, RecordError, SCHEMA, Utc, from_line};
 use srad_types::constants::BDSEQ;
 use srad_types::payload::{DataType, Message, Metric, Payload, metric};
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
+pub use wire::receive;
 
 /// A record with its number in the journal, and its line as it came.
 pub type Numbered = (u64, String, Record);
@@ -32,7 +37,8 @@ pub trait Sink {
     /// The store cannot be read; in one line.
     fn position(&mut self, identity: &str) -> Result<u64, String>;
 
-    /// Stores lines and, in the same step, that the journal is stored up to `number`.
+    /// Stores lines and, in the same step, that the journal is stored up to `number`. Lines may be beyond
+    /// it, and come again after a restart, where one before them is of a later schema.
     ///
     /// # Errors
     /// The store cannot be written, and nothing was: it is sent again.
@@ -53,7 +59,10 @@ struct Node {
     identity: Option<String>,
     /// `bdSeq` of its birth.
     birth: Option<u64>,
+    /// Stored up to here.
     position: u64,
+    /// Come up to here; beyond `position` where something between them is of a later schema.
+    come: u64,
     /// The next number of its messages.
     expected: Option<u8>,
     asked: Option<Instant>,
@@ -66,6 +75,19 @@ pub struct Receiver {
     nodes: BTreeMap<String, Node>,
     /// Messages and records that were not taken, by what was wrong.
     pub refused: BTreeMap<&'static str, u64>,
+    /// Records that came though the store had them: sent twice.
+    pub repeated: u64,
+    /// What has to be told at once, a line each.
+    pub notices: Vec<String>,
+}
+
+/// The records of a message.
+struct Came {
+    /// The number of the last one.
+    last: u64,
+    records: Vec<Numbered>,
+    /// Number and schema of the first one of a later schema.
+    later: Option<(u64, u64)>,
 }
 
 /// A birth that was asked for is waited for so long.
@@ -81,6 +103,8 @@ impl Receiver {
             group: group.to_owned(),
             nodes: BTreeMap::new(),
             refused: BTreeMap::new(),
+            repeated: 0,
+            notices: Vec::new(),
         }
     }
 
@@ -160,10 +184,10 @@ impl Receiver {
         let node = self.nodes.entry(name.to_owned()).or_default();
         node.expected = Some(1);
         node.asked = None;
-        node.position = position;
+        (node.position, node.come) = (position, position);
         node.birth = birth_of(payload);
         node.identity = Some(identity.clone());
-        Ok(vec![self.acknowledged(name, &identity, position)])
+        Ok(vec![self.acknowledged(name, &identity, position, position)])
     }
 
     fn data(
@@ -190,50 +214,70 @@ impl Receiver {
         if kind != "NDATA" {
             return Ok(Vec::new());
         }
-        let position = node.position;
-        let Some((number, records)) = self.records(payload, position) else {
+        let (position, come) = (node.position, node.come);
+        let Some(came) = self.records(payload, come) else {
             return Ok(Vec::new());
         };
-        if number > position {
-            sink.store(&identity, number, &records)?;
+        let position = match came.later {
+            _ if position < come => position,
+            None => came.last,
+            Some((number, schema)) => {
+                self.notices.push(format!(
+                    "gateway {name}: record {number} has schema {schema}, this program knows up to {SCHEMA} (update it: from there on records stay in the gateway's journal, too)"
+                ));
+                number - 1
+            }
+        };
+        if came.last > come {
+            sink.store(&identity, position, &came.records)?;
         }
         if let Some(node) = self.nodes.get_mut(name) {
-            node.position = number;
+            (node.position, node.come) = (position, came.last);
         }
-        Ok(vec![self.acknowledged(name, &identity, number)])
+        Ok(vec![
+            self.acknowledged(name, &identity, position, came.last),
+        ])
     }
 
-    /// The records of a message beyond a position, and the position after them; none where the
-    /// message has none or leaves some out.
-    fn records(&mut self, payload: &Payload, position: u64) -> Option<(u64, Vec<Numbered>)> {
+    /// The records of a message beyond a number; none where the message has none or leaves some out.
+    fn records(&mut self, payload: &Payload, come: u64) -> Option<Came> {
         let previous = payload
             .metrics
             .iter()
             .find_map(|m| count_of(m, OfNode::Previous))?;
-        if previous > position {
+        if previous > come {
             self.refuse("records that leave some out");
             return None;
         }
-        let mut records = Vec::new();
+        let mut came = Came {
+            last: come,
+            records: Vec::new(),
+            later: None,
+        };
         let mut number = None;
-        let mut last = position;
         for metric in &payload.metrics {
             if let Some(count) = count_of(metric, OfNode::Number) {
                 number = Some(count);
             } else if let Some(line) = text_of(metric, OfNode::Line)
-                && let Some(number) = number.take().filter(|&n| n > last)
+                && let Some(number) = number.take()
             {
-                last = number;
+                if number <= came.last {
+                    self.repeated += 1;
+                    continue;
+                }
+                came.last = number;
                 match from_line(&line) {
-                    Ok(record) => records.push((number, line, record)),
-                    // Not understood is not stored; the gateway keeps it for a while after it is
-                    // acknowledged.
-                    Err(RecordError::Future { .. }) => self.refuse("a record of a later schema"),
+                    Ok(record) => came.records.push((number, line, record)),
+                    Err(RecordError::Future { found }) => {
+                        came.later.get_or_insert((number, found));
+                        self.refuse("a record of a later schema");
+                    }
+                    // It will never be one: the gateway keeps it for a while after it is acknowledged.
                     Err(_) => self.refuse("a record that is none"),
                 }
             }
         }
-        Some((last, records))
+        Some(came)
     }
 
     /// Asks a gateway for its births.
@@ -245,7 +289,7 @@ impl Receiver {
         self.command(name, vec![metric])
     }
 
-    fn acknowledged(&self, name: &str, identity: &str, number: u64) -> Said {
+    fn acknowledged(&self, name: &str, identity: &str, number: u64, come: u64) -> Said {
         let named = |of: OfNode, datatype, value| {
             let mut metric = Metric::new();
             metric.set_name(NODE[of as usize].name.to_owned());
@@ -254,14 +298,13 @@ impl Receiver {
             metric
         };
         let identity = metric::Value::StringValue(identity.to_owned());
-        let number = metric::Value::LongValue(number);
-        self.command(
-            name,
-            vec![
-                named(OfNode::Identity, DataType::String, identity),
-                named(OfNode::Acknowledged, DataType::UInt64, number),
-            ],
-        )
+        let count = |of, count| named(of, DataType::UInt64, metric::Value::LongValue(count));
+        let mut metrics = vec![
+            named(OfNode::Identity, DataType::String, identity),
+            count(OfNode::Acknowledged, number),
+        ];
+        metrics.extend((come > number).then(|| count(OfNode::Come, come)));
+        self.command(name, metrics)
     }
 
     fn command(&self, name: &str, metrics: Vec<Metric>) -> Said {
@@ -321,121 +364,6 @@ fn text_of(metric: &Metric, of: OfNode) -> Option<String> {
 
 fn now_ms() -> u64 {
     Utc::now().map_or(0, |now| now.micros().unsigned_abs() / 1000)
-}
-
-/// Takes records from a broker until it is told to stop: `host` is this host's name, which gateways
-/// wait for (`primary_host`). `tell` hears, one line each, of a broker that is lost and of a store that does
-/// not take; both are tried again after half a second.
-///
-/// # Errors
-/// The broker's certificates or password cannot be read.
-pub fn receive(
-    broker: &Broker,
-    group: &str,
-    host: &str,
-    sink: &mut dyn Sink,
-    stop: &AtomicBool,
-    tell: &mut dyn FnMut(&str),
-) -> Result<Receiver, String> {
-    let (transport, credentials) = super::reached(broker)?;
-    let runtime = tokio::runtime::Builder::new_current_thread()
-        .enable_all()
-        .build();
-    let runtime = runtime.map_err(|why| format!("no connection can be made: {why}"))?;
-    let mut receiver = Receiver::new(group);
-    runtime.block_on(async {
-        while !stop.load(Ordering::Relaxed) {
-            let mut options =
-                MqttOptions::new(format!("rarma-host-{host}"), &broker.host, broker.port());
-            let state = format!("{NAMESPACE}/STATE/{host}");
-            let ms = now_ms();
-            let said = |online: bool| format!(r#"{{"online":{online},"timestamp":{ms}}}"#);
-            options
-                .set_clean_session(true)
-                .set_keep_alive(Duration::from_secs(10))
-                .set_max_packet_size(1 << 20, 1 << 20)
-                .set_transport(transport.clone())
-                .set_last_will(LastWill::new(&state, said(false), QoS::AtLeastOnce, true));
-            if let Some((user, password)) = &credentials {
-                options.set_credentials(user, password);
-            }
-            receiver.nodes.clear();
-            let wire = Wire {
-                address: format!("{}:{}", broker.host, broker.port()),
-                topics: format!("{NAMESPACE}/{group}/#"),
-                state,
-                birth: said(true),
-                death: said(false),
-            };
-            if let Err(why) = wire.serve(options, &mut receiver, sink, stop).await {
-                tell(&why);
-                tokio::time::sleep(Duration::from_millis(500)).await;
-            }
-        }
-    });
-    Ok(receiver)
-}
-
-struct Wire {
-    /// For messages.
-    address: String,
-    topics: String,
-    state: String,
-    birth: String,
-    death: String,
-}
-
-impl Wire {
-    async fn serve(
-        &self,
-        options: MqttOptions,
-        receiver: &mut Receiver,
-        sink: &mut dyn Sink,
-        stop: &AtomicBool,
-    ) -> Result<(), String> {
-        let (client, mut events) = AsyncClient::new(options, 1000);
-        loop {
-            if stop.load(Ordering::Relaxed) {
-                let _ = client.try_publish(&self.state, QoS::AtLeastOnce, true, self.death.clone());
-                let _ = client.try_disconnect();
-                // Until the wire is closed, but not for ever.
-                let _ = tokio::time::timeout(Duration::from_secs(1), async {
-                    while events.poll().await.is_ok() {}
-                })
-                .await;
-                return Ok(());
-            }
-            let Ok(event) = tokio::time::timeout(Duration::from_millis(100), events.poll()).await
-            else {
-                continue;
-            };
-            let lost = |why: &dyn std::fmt::Display| {
-                format!(
-                    "broker {}: {}",
-                    self.address,
-                    why.to_string().replace('\n', ", ")
-                )
-            };
-            let said = match event.map_err(|why| lost(&why))? {
-                Event::Incoming(Packet::ConnAck(_)) => {
-                    let asked = client.try_subscribe(&self.topics, QoS::AtLeastOnce);
-                    asked.map_err(|why| lost(&why))?;
-                    let state =
-                        client.try_publish(&self.state, QoS::AtLeastOnce, true, self.birth.clone());
-                    state.map_err(|why| lost(&why))?;
-                    continue;
-                }
-                Event::Incoming(Packet::Publish(publish)) => {
-                    receiver.take(&publish.topic, &publish.payload, sink)?
-                }
-                _ => continue,
-            };
-            for said in said {
-                // A wire that takes no more has lost an acknowledgement: the next one says the same.
-                let _ = client.try_publish(said.topic, QoS::AtMostOnce, false, said.payload);
-            }
-        }
-    }
 }
 
 #[cfg(test)]

@@ -87,7 +87,8 @@ fn records_are_stored_once_in_order_and_acknowledged() {
         session.hears_command(&said[0].topic, &said[0].payload),
         [super::super::session::Wanted::Acknowledged {
             identity: "77".into(),
-            number: 2
+            number: 2,
+            come: 2,
         }]
     );
     // It has 1 and 2; 3 and 4 are new; a copy changes nothing.
@@ -168,31 +169,76 @@ fn a_missing_message_asks_for_a_rebirth_and_an_old_will_is_no_death() {
     assert_eq!(sink.numbers, [1]);
 }
 
+/// It is not acknowledged, and told at once; what follows is stored all the same. The same again to a program that
+/// knows the schema: it is stored, and then acknowledged.
 #[test]
-fn a_later_schema_is_refused_by_name_and_does_not_stop_the_rest() {
+fn a_record_of_a_later_schema_stays_in_its_journal_and_holds_nothing_up() {
     let (mut receiver, mut sink, mut session) =
         (Receiver::new("plant"), Memory::default(), session());
     births(&mut session, &mut receiver, &mut sink);
-    let future = Kept {
+    let future = |seq| Kept {
         line: LINE.replace("\"schema\":1", "\"schema\":9"),
-        ..kept(1, 0)
+        ..kept(seq, seq - 1)
     };
     let wrong = Kept {
         line: "{}".into(),
-        ..kept(2, 1)
+        ..kept(3, 2)
     };
-    let out = session
-        .data(metrics(&[future, wrong, kept(3, 2)]), 2)
-        .unwrap();
-    let _ = receiver.take(&out.topic, &out.payload, &mut sink).unwrap();
-    assert_eq!((sink.numbers.clone(), sink.position), (vec![3], 3));
+    let says = |session: &mut Session, receiver: &mut Receiver, sink: &mut Memory, of: &[Kept]| {
+        let out = session.data(metrics(of), 2).unwrap();
+        let said = receiver.take(&out.topic, &out.payload, sink).unwrap();
+        session.hears_command(&said[0].topic, &said[0].payload)
+    };
+    let acknowledged = |number, come| {
+        [super::super::session::Wanted::Acknowledged {
+            identity: "77".into(),
+            number,
+            come,
+        }]
+    };
+    let first = [kept(1, 0), future(2), wrong, kept(4, 3)];
+    assert_eq!(
+        says(&mut session, &mut receiver, &mut sink, &first),
+        acknowledged(1, 4)
+    );
+    assert_eq!((&sink.numbers[..], sink.position), (&[1, 4][..], 1));
+    let told = std::mem::take(&mut receiver.notices);
+    assert!(
+        told.len() == 1 && told[0].contains("gateway gw: record 2 has schema 9"),
+        "{told:?}"
+    );
+    // A copy, and more of both kinds: taken once, and not told again.
+    for _ in 0..2 {
+        let more = [future(5), kept(6, 5)];
+        assert_eq!(
+            says(&mut session, &mut receiver, &mut sink, &more),
+            acknowledged(1, 6)
+        );
+    }
+    assert_eq!((&sink.numbers[..], sink.position), (&[1, 4, 6][..], 1));
+    assert!(receiver.notices.is_empty());
     assert_eq!(
         (
             receiver.refused["a record of a later schema"],
             receiver.refused["a record that is none"]
         ),
-        (1, 1)
+        (2, 1)
     );
+
+    // The next program knows schema 9.
+    let mut receiver = Receiver::new("plant");
+    let said = births(&mut session, &mut receiver, &mut sink);
+    assert_eq!(
+        session.hears_command(&said[0].topic, &said[0].payload),
+        acknowledged(1, 1)
+    );
+    let all: Vec<Kept> = (2..=6).map(|n| kept(n, n - 1)).collect();
+    assert_eq!(
+        says(&mut session, &mut receiver, &mut sink, &all),
+        acknowledged(6, 6)
+    );
+    assert_eq!(sink.position, 6);
+    assert!(sink.numbers.ends_with(&[2, 3, 4, 5, 6]));
 }
 
 #[test]

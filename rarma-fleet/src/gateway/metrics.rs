@@ -108,6 +108,8 @@ metrics! {
         Broken: "Link/Frames broken", Count, "";
         /// What the gateway had to notice of this box last.
         Notice: "Notice", Text, "";
+        /// Tool in the spindle; can be written.
+        Tool: super::told::Told::TOOL, Text, "";
     }
 }
 
@@ -132,6 +134,9 @@ metrics! {
         Number: "Record/Number", Count, "";
         /// A record.
         Line: "Record/Line", Text, "";
+        /// Highest number that has come to the store, beyond [`Self::Acknowledged`] where a record between
+        /// them is of a later schema; a store writes it.
+        Come: "Journal/Come", Count, "";
     }
 }
 

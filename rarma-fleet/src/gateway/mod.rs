@@ -3,7 +3,7 @@
 //! ```text
 //! box ── frames ── [boxes] ── records ── [writing] ── journal ── [uplink] ── broker ── [host] ── store
 //!                     └────── live values ──────────────────────────┘└── shdr ── agent
-//! box ── command ── [speaking] ── Told ──────────────────────────── [uplink] ── DCMD
+//! box ── command ── [speaking] ── [slots] ── Told ───────────────── [uplink] ── DCMD
 //! ```
 //! Pure parts, without a wire: [`clock`], [`condense`], [`told`], [`metrics`], [`session`], [`host`]. One
 //! thread a box, one that writes the journal, one for the broker, one for agents of MTConnect.
@@ -21,6 +21,7 @@ pub mod metrics;
 mod notices;
 pub mod session;
 mod shdr;
+mod slots;
 mod speaking;
 mod tls;
 pub mod told;
@@ -141,8 +142,8 @@ impl Gateway {
             live.set(OfBox::Machine, Some(Value::Text(one.machine.to_string())));
             let shared = Arc::new(Shared {
                 live: Mutex::new(live),
+                told: Mutex::default(),
             });
-            let (told, tells) = mpsc::channel();
             let of_box = BoxThread {
                 config: one.clone(),
                 key,
@@ -153,7 +154,6 @@ impl Gateway {
                     .and_then(|state| serde_json::from_str(&state).ok())
                     .flatten(),
                 shared: Arc::clone(&shared),
-                told: tells,
                 batches: batches.clone(),
                 notices: notices.clone(),
                 stop: Arc::clone(&stop),
@@ -168,7 +168,6 @@ impl Gateway {
             wards.push(Ward {
                 name: one.name.clone(),
                 shared,
-                told,
             });
         }
         drop(batches);

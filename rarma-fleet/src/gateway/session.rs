@@ -9,6 +9,7 @@
 //! ```
 
 use super::metrics::{self, NODE, REBIRTH, Value};
+use super::words::shortened;
 use srad_types::constants::BDSEQ;
 use srad_types::payload::{DataType, Message, Metric, Payload, metric};
 
@@ -37,6 +38,9 @@ pub enum Wanted {
         identity: String,
         /// The number.
         number: u64,
+        /// What comes up to this number was taken or is not understood: none of it is to be sent
+        /// again. `number` at least.
+        come: u64,
     },
     /// A metric of a box is to be written.
     Write {
@@ -44,11 +48,18 @@ pub enum Wanted {
         device: String,
         /// Name of the metric.
         metric: String,
-        /// Its value.
-        value: f64,
+        /// Its value: a number or a text.
+        value: Value,
     },
     /// Nothing of these; in words.
     Foreign(String),
+}
+
+/// What a host says of itself.
+#[derive(serde::Deserialize)]
+pub(super) struct State {
+    pub online: bool,
+    timestamp: u64,
 }
 
 /// What the state of the primary host asks for.
@@ -271,11 +282,6 @@ impl Session {
         {
             return HostSays::Nothing;
         }
-        #[derive(serde::Deserialize)]
-        struct State {
-            online: bool,
-            timestamp: u64,
-        }
         let Ok(state) = serde_json::from_slice::<State>(payload) else {
             return HostSays::Nothing;
         };
@@ -334,13 +340,13 @@ impl Session {
                 Some(row.name.to_owned())
             });
             let name = named.ok_or("a metric without a name or an alias that was born")?;
-            let value = metric
-                .value
-                .as_ref()
-                .and_then(|v| Value::number_of(v, metric.datatype));
+            let value = metric.value.as_ref().and_then(|v| match v {
+                metric::Value::StringValue(text) => Some(Value::Text(text.clone())),
+                number => Value::number_of(number, metric.datatype).map(Value::Number),
+            });
             Ok(Wanted::Write {
                 device: device.to_owned(),
-                value: value.ok_or(format!("{}: no number", shortened(&name)))?,
+                value: value.ok_or(format!("{}: no number and no text", shortened(&name)))?,
                 metric: name,
             })
         };
@@ -370,26 +376,33 @@ fn node_wants(payload: &Payload) -> Result<Vec<Wanted>, String> {
         wants.push(Wanted::Rebirth);
     }
     if let Some(acknowledged) = of(metrics::OfNode::Acknowledged) {
-        let number = match acknowledged.value {
-            Some(metric::Value::LongValue(number)) => number,
-            Some(metric::Value::IntValue(number)) => u64::from(number),
-            _ => return Err("Journal/Acknowledged: no number".to_owned()),
+        let count = |metric: &Metric| match metric.value {
+            Some(metric::Value::LongValue(number)) => Some(number),
+            Some(metric::Value::IntValue(number)) => Some(u64::from(number)),
+            _ => None,
+        };
+        let number = count(acknowledged).ok_or("Journal/Acknowledged: no number")?;
+        // Only a store that has left something out says it.
+        let come = match of(metrics::OfNode::Come) {
+            Some(come) => count(come)
+                .filter(|&come| come >= number)
+                .ok_or("Journal/Come: no number, or less than Journal/Acknowledged")?,
+            None => number,
         };
         let identity = match of(metrics::OfNode::Identity).and_then(|m| m.value.as_ref()) {
             Some(metric::Value::StringValue(identity)) => identity.clone(),
             _ => return Err("Journal/Acknowledged without Journal/Identity".to_owned()),
         };
-        wants.push(Wanted::Acknowledged { identity, number });
+        wants.push(Wanted::Acknowledged {
+            identity,
+            number,
+            come,
+        });
     }
     if wants.is_empty() {
         return Err("no metric that can be written here".to_owned());
     }
     Ok(wants)
-}
-
-/// A name from outside, short enough for a line.
-fn shortened(text: &str) -> String {
-    text.chars().filter(|c| !c.is_control()).take(80).collect()
 }
 
 #[cfg(test)]

@@ -104,7 +104,7 @@ fn commands_are_read_by_name_and_by_alias() {
     let wanted = [Wanted::Write {
         device: "box-2".into(),
         metric: "Spindle/Speed".into(),
-        value: 6000.0,
+        value: Value::Number(6000.0),
     }];
     assert_eq!(
         speed(named("Spindle/Speed", metric::Value::FloatValue(6000.0))),
@@ -123,13 +123,34 @@ fn commands_are_read_by_name_and_by_alias() {
         named("Journal/Identity", metric::Value::StringValue("77".into())),
         named("Journal/Acknowledged", metric::Value::LongValue(12)),
     ]);
-    let wanted = [Wanted::Acknowledged {
-        identity: "77".into(),
-        number: 12,
-    }];
+    let wanted = |number, come| {
+        [Wanted::Acknowledged {
+            identity: "77".into(),
+            number,
+            come,
+        }]
+    };
     assert_eq!(
         session.hears_command("spBv1.0/plant/NCMD/gw", &acknowledged),
-        wanted
+        wanted(12, 12)
+    );
+    let beyond = command(vec![
+        named("Journal/Identity", metric::Value::StringValue("77".into())),
+        named("Journal/Acknowledged", metric::Value::LongValue(12)),
+        named("Journal/Come", metric::Value::LongValue(900)),
+    ]);
+    assert_eq!(
+        session.hears_command("spBv1.0/plant/NCMD/gw", &beyond),
+        wanted(12, 900)
+    );
+    let tool = named("Spindle/Tool", metric::Value::StringValue("T12".into()));
+    assert_eq!(
+        speed(tool),
+        [Wanted::Write {
+            device: "box-2".into(),
+            metric: "Spindle/Tool".into(),
+            value: Value::Text("T12".into()),
+        }]
     );
 }
 
@@ -150,7 +171,7 @@ fn foreign_topics_and_payloads_are_named_and_do_nothing() {
             "spBv1.0/plant/DCMD/gw/box-1",
             &command(vec![named(
                 "Spindle/Speed",
-                metric::Value::StringValue("fast".into()),
+                metric::Value::BooleanValue(true),
             )]),
             "no number",
         ),
@@ -174,6 +195,14 @@ fn foreign_topics_and_payloads_are_named_and_do_nothing() {
                 metric::Value::LongValue(3),
             )]),
             "without Journal/Identity",
+        ),
+        (
+            "spBv1.0/plant/NCMD/gw",
+            &command(vec![
+                named("Journal/Acknowledged", metric::Value::LongValue(3)),
+                named("Journal/Come", metric::Value::LongValue(2)),
+            ]),
+            "Journal/Come",
         ),
     ] {
         let wanted = session.hears_command(topic, payload);

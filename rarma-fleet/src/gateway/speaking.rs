@@ -6,6 +6,7 @@
 //! sends a heartbeat, without which no output stays on.
 
 use super::link::Link;
+use super::slots::{FRESH, Slots};
 use super::told::Told;
 use rarma_box::guard::Mode;
 use rarma_box::settings::{MONITOR_SPINDLE, MONITOR_TEETH, SETTINGS};
@@ -15,8 +16,6 @@ use std::time::{Duration, Instant};
 
 /// An answer that has not come after this long does not come.
 const ANSWER: Duration = Duration::from_secs(2);
-/// Another host is waited for so long.
-const HELD: Duration = Duration::from_secs(10);
 
 /// See the module.
 pub(super) struct Speaking {
@@ -25,11 +24,12 @@ pub(super) struct Speaking {
     questions: VecDeque<u16>,
     /// Answers so far, `name=value` in the order of the table.
     answers: String,
-    speed: Option<Told>,
-    teeth: Option<Told>,
-    /// When the oldest of them came.
+    /// What is to be told: it goes when the box has taken it, when it is refused, and when it is old.
+    told: Slots,
+    /// What is being told, and its commands that are left. What is cut off is begun anew.
+    telling: Option<(Told, VecDeque<Command>)>,
+    /// Since when there is something to tell, or it was last said why it is not told.
     since: Option<Instant>,
-    commands: VecDeque<Command>,
     mode: Option<Mode>,
     identified: bool,
 }
@@ -52,22 +52,23 @@ impl Speaking {
             waiting: None,
             questions: VecDeque::new(),
             answers: String::new(),
-            speed: None,
-            teeth: None,
+            told: Slots::default(),
+            telling: None,
             since: None,
-            commands: VecDeque::new(),
             mode: None,
             identified: false,
         }
     }
 
-    /// Something to tell; what has not been told yet of the same kind is overtaken.
-    pub fn tell(&mut self, told: Told) {
-        match told {
-            Told::Speed(_) => self.speed = Some(told),
-            Told::Teeth(_) => self.teeth = Some(told),
-        }
-        self.since.get_or_insert_with(Instant::now);
+    /// Something to tell to the box, and when it came; it overtakes what is older of the same kind.
+    pub fn tell(&mut self, told: Told, at: Instant) {
+        self.told.put(told, at);
+        self.since.get_or_insert(at);
+    }
+
+    /// What was not told.
+    pub fn rest(&mut self) -> Vec<(Told, Instant)> {
+        self.told.drain()
     }
 
     /// Asks for all settings but those that a controller tells all the time.
@@ -86,8 +87,7 @@ impl Speaking {
         let _ = self.speaker.hears(head, message);
         if self.speaker.session() != before && before != 0 {
             // Commands of the run before are lost with it; questions are asked anew.
-            (self.waiting, self.identified) = (None, false);
-            self.commands.clear();
+            (self.waiting, self.telling, self.identified) = (None, None, false);
         }
         match message {
             Telemetry::Status(status) => self.mode = Some(status.mode),
@@ -119,36 +119,52 @@ impl Speaking {
                     news.push(News::Settings(std::mem::take(&mut self.answers)));
                 }
             }
-            (Command::Set { setting, .. }, Answer::Done | Answer::Setting(_)) => {
-                let slot = if setting == MONITOR_TEETH.number() {
-                    &mut self.teeth
-                } else {
-                    &mut self.speed
-                };
-                news.extend(slot.take().map(News::Taken));
-                if self.speed.is_none() && self.teeth.is_none() {
-                    self.since = None;
-                }
-            }
             (
                 Command::Set { .. } | Command::Take { .. } | Command::Start(_),
                 Answer::Refused(why),
-            ) if !matches!(
+            ) => {
+                self.telling = None;
                 // It has changed hands meanwhile: that is tried again.
-                why,
-                Refused::NotInControl | Refused::Turn | Refused::Session
-            ) =>
-            {
-                self.give_up(format!("not told: {}", refused_words(why)), news);
+                let again = [Refused::NotInControl, Refused::Turn, Refused::Session];
+                if !again.contains(why) {
+                    let _ = self.told.drain();
+                    self.since = None;
+                    news.push(News::Refused(format!("not told: {}", refused_words(why))));
+                }
+            }
+            (Command::Set { .. } | Command::Start(_), _) => {
+                let done = self.telling.take_if(|(_, left)| left.is_empty());
+                if let Some((told, _)) = done {
+                    self.told.done(&told);
+                    self.since = self.told.first().map(|_| Instant::now());
+                    news.push(News::Taken(told));
+                }
             }
             _ => {}
         }
     }
 
-    fn give_up(&mut self, why: String, news: &mut Vec<News>) {
-        (self.speed, self.teeth, self.since) = (None, None, None);
-        self.commands.clear();
-        news.push(News::Refused(why));
+    /// Drops what has become too old, and says why it was not told; and why not what is overtaken
+    /// all the time.
+    fn forget_old(&mut self, news: &mut Vec<News>) {
+        let now = Instant::now();
+        let old = self.told.old(now);
+        let long = self.since.is_some_and(|since| now - since > FRESH);
+        if old.is_empty() && !long {
+            return;
+        }
+        self.since = self.told.first().map(|_| now);
+        let what = old
+            .first()
+            .map_or(String::new(), |told| format!("{told}: "));
+        let why = match self.speaker.control() {
+            _ if !self.identified => "the box does not answer".to_owned(),
+            Some(c) if !self.speaker.is_free() && !self.speaker.in_control() => {
+                format!("host {:08x} is in control of the box", c.by)
+            }
+            _ => "the box has not taken it".to_owned(),
+        };
+        news.push(News::Refused(format!("not told: {what}{why}")));
     }
 
     /// Sends what is due.
@@ -157,7 +173,7 @@ impl Speaking {
             if at.elapsed() < ANSWER {
                 return Ok(());
             }
-            self.waiting = None;
+            (self.waiting, self.telling) = (None, None);
         }
         if let Some(command) = self.next(news) {
             self.send(link, command)?;
@@ -166,33 +182,29 @@ impl Speaking {
     }
 
     fn next(&mut self, news: &mut Vec<News>) -> Option<Command> {
+        self.forget_old(news);
         if !self.identified {
             return Some(Command::Identify);
         }
-        if self.speed.is_some() || self.teeth.is_some() || !self.commands.is_empty() {
-            if !self.speaker.in_control() {
-                if self.speaker.is_free() {
-                    return self.speaker.take();
-                }
-                if self.since.is_some_and(|since| since.elapsed() > HELD) {
-                    let by = self.speaker.control().map_or(0, |c| c.by);
-                    self.give_up(
-                        format!("not told: host {by:08x} is in control of the box"),
-                        news,
-                    );
-                }
-                return None;
+        let in_control = self.speaker.in_control();
+        if !in_control {
+            self.telling = None;
+        }
+        if let Some((_, left)) = &mut self.telling
+            && let Some(command) = left.pop_front()
+        {
+            return Some(command);
+        }
+        if let Some(told) = self.told.first().cloned() {
+            if !in_control {
+                return self.speaker.is_free().then(|| self.speaker.take())?;
             }
-            if let Some(command) = self.commands.pop_front() {
-                return Some(command);
-            }
-            let told = self.speed.or(self.teeth)?;
-            let mut commands = told.commands(self.mode).into_iter();
-            let first = commands.next();
-            self.commands.extend(commands);
+            let mut commands: VecDeque<Command> = told.commands(self.mode).into();
+            let first = commands.pop_front();
+            self.telling = Some((told, commands));
             return first;
         }
-        if self.speaker.in_control() {
+        if in_control {
             return Some(Command::Release);
         }
         self.questions
@@ -224,3 +236,7 @@ fn refused_words(why: &Refused) -> String {
         other => format!("{other:?}"),
     }
 }
+
+#[cfg(test)]
+#[path = "speaking_tests.rs"]
+mod tests;

@@ -6,7 +6,7 @@
 
 mod flow;
 
-use super::boxes::Shared;
+use super::boxes::{RECORDING, Shared};
 use super::config::{Acknowledge, Broker, Config};
 use super::journal::Journal;
 use super::metrics::{OfNode, Value, data, node_alias};
@@ -21,7 +21,6 @@ use rumqttc::{
 };
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use tokio::sync::{Notify, mpsc};
@@ -40,7 +39,6 @@ const LARGEST: usize = 256 * 1024;
 pub(super) struct Ward {
     pub name: Name,
     pub shared: Arc<Shared>,
-    pub told: Sender<Told>,
 }
 
 /// See the module.
@@ -376,16 +374,22 @@ impl Uplink {
         for wanted in self.session.hears_command(&publish.topic, &publish.payload) {
             match wanted {
                 Wanted::Rebirth => self.give_birth(),
-                Wanted::Acknowledged { identity, number } => self.store_has(&identity, number),
+                Wanted::Acknowledged {
+                    identity,
+                    number,
+                    come,
+                } => self.store_has(&identity, number, come),
                 Wanted::Write {
                     device,
                     metric,
                     value,
-                } => match Told::of(&metric, value) {
+                } => match Told::of(&metric, &value) {
                     Ok(told) => {
                         let ward = self.wards.iter().find(|w| w.name.as_str() == device);
-                        if let Some(ward) = ward {
-                            let _ = ward.told.send(told);
+                        if let Some(ward) = ward
+                            && !ward.shared.told().put(told, Instant::now())
+                        {
+                            self.notices.say(format!("{device}: {RECORDING}"));
                         }
                     }
                     Err(why) => self.notices.say(format!("{device}: refused: {why}")),

@@ -14,6 +14,11 @@ pub fn decimal(x: f32) -> f64 {
     }
 }
 
+/// A text from outside, short enough for a line.
+pub fn shortened(text: &str) -> String {
+    text.chars().filter(|c| !c.is_control()).take(80).collect()
+}
+
 /// A name that is written in this program.
 pub fn name(text: &str) -> Name {
     Name::new(text).expect("a name of letters")

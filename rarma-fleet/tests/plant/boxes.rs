@@ -122,10 +122,7 @@ impl Machine {
     fn run(&mut self, listener: &TcpListener, plan: Plan, at_s: &AtomicU64, stop: &AtomicBool) {
         let mut t = 0;
         let mut host: Option<(TcpStream, Deframer)> = None;
-        while t < plan.seconds || host.is_some() {
-            if stop.load(Ordering::Relaxed) {
-                break;
-            }
+        while !stop.load(Ordering::Relaxed) {
             let Some((socket, deframer)) = &mut host else {
                 match listener.accept() {
                     Ok((socket, _)) => {
@@ -140,6 +137,11 @@ impl Machine {
                         let mut socket = socket;
                         // The host asks who this is before it can make anything of verdicts.
                         if self.hear(&mut socket, &mut deframer, true) {
+                            if t >= plan.seconds {
+                                // Its last words may have been lost: without more of them nobody would know.
+                                let verdict = self.verdict(plan.seconds);
+                                self.say(&verdict);
+                            }
                             socket.set_nonblocking(true).unwrap();
                             host = Some((socket, deframer));
                         }

@@ -20,30 +20,13 @@ pub const USERS: [(&str, &str); 4] = [
 ];
 
 /// What docs/plant.md tells to write.
-const ACCESS: &str = "\
-user gateway
-topic write spBv1.0/plant/NBIRTH/gw
-topic write spBv1.0/plant/NDEATH/gw
-topic write spBv1.0/plant/NDATA/gw
-topic write spBv1.0/plant/DBIRTH/gw/+
-topic write spBv1.0/plant/DDEATH/gw/+
-topic write spBv1.0/plant/DDATA/gw/+
-topic read spBv1.0/plant/NCMD/gw
-topic read spBv1.0/plant/DCMD/gw/+
-topic read spBv1.0/STATE/store
-topic write rarma/1/plant/gw/sent
-
-user store
-topic read spBv1.0/plant/#
-topic write spBv1.0/plant/NCMD/+
-topic readwrite spBv1.0/STATE/store
-
-user controller
-topic write spBv1.0/plant/DCMD/gw/+
-
-user screen
-topic read spBv1.0/#
-";
+fn access() -> &'static str {
+    let page = include_str!("../../../docs/plant.md");
+    let part = page.split("### Who may write what").nth(1);
+    let text = part.and_then(|part| part.split("```").nth(1));
+    text.and_then(|text| text.strip_prefix("text\n"))
+        .expect("the lines of the page")
+}
 
 pub struct Broker {
     folder: PathBuf,
@@ -95,85 +78,66 @@ pub fn free_port() -> u16 {
         .port()
 }
 
+const KEY: [&str; 5] = [
+    "-newkey",
+    "ec",
+    "-pkeyopt",
+    "ec_paramgen_curve:P-256",
+    "-nodes",
+];
+
+/// `ca.pem` and `ca.key`: somebody who signs under a name.
+pub fn authority(folder: &Path, name: &str) {
+    let mut words = vec!["req", "-x509", "-days", "2"];
+    words.extend(KEY);
+    let subject = format!("/CN={name}");
+    words.extend(["-keyout", "ca.key", "-out", "ca.pem", "-subj", &subject]);
+    run("openssl", &words, folder);
+}
+
+/// `FILE.pem` and `FILE.key`: somebody of a name whom the authority of the folder has signed.
+pub fn signed(folder: &Path, file: &str, name: &str, more: &str) {
+    let [key, pem, request] = ["key", "pem", "csr"].map(|kind| format!("{file}.{kind}"));
+    let mut words = vec!["req"];
+    words.extend(KEY);
+    let subject = format!("/CN={name}");
+    words.extend(["-keyout", &key, "-out", &request, "-subj", &subject]);
+    run("openssl", &words, folder);
+    let text = format!("basicConstraints=CA:FALSE\n{more}");
+    fs::write(folder.join("names"), text).unwrap();
+    let words = format!(
+        "x509 -req -in {request} -CA ca.pem -CAkey ca.key -CAcreateserial -days 2 -extfile names -out {pem}"
+    );
+    let words: Vec<&str> = words.split(' ').collect();
+    run("openssl", &words, folder);
+}
+
 impl Broker {
     pub fn start(folder: &Path) -> Self {
+        Self::start_with(folder, "")
+    }
+
+    /// With more lines in its file.
+    pub fn start_with(folder: &Path, more: &str) -> Self {
         fs::create_dir_all(folder).unwrap();
-        run(
-            "openssl",
-            &[
-                "req",
-                "-x509",
-                "-newkey",
-                "ec",
-                "-pkeyopt",
-                "ec_paramgen_curve:P-256",
-                "-nodes",
-                "-days",
-                "2",
-                "-keyout",
-                "ca.key",
-                "-out",
-                "ca.pem",
-                "-subj",
-                "/CN=plant",
-            ],
+        authority(folder, "plant");
+        signed(
             folder,
-        );
-        run(
-            "openssl",
-            &[
-                "req",
-                "-newkey",
-                "ec",
-                "-pkeyopt",
-                "ec_paramgen_curve:P-256",
-                "-nodes",
-                "-keyout",
-                "broker.key",
-                "-out",
-                "broker.csr",
-                "-subj",
-                "/CN=localhost",
-            ],
-            folder,
-        );
-        fs::write(
-            folder.join("names"),
-            "subjectAltName=DNS:localhost\nbasicConstraints=CA:FALSE\n",
-        )
-        .unwrap();
-        run(
-            "openssl",
-            &[
-                "x509",
-                "-req",
-                "-in",
-                "broker.csr",
-                "-CA",
-                "ca.pem",
-                "-CAkey",
-                "ca.key",
-                "-CAcreateserial",
-                "-days",
-                "2",
-                "-extfile",
-                "names",
-                "-out",
-                "broker.pem",
-            ],
-            folder,
+            "broker",
+            "localhost",
+            "subjectAltName=DNS:localhost\n",
         );
         fs::write(folder.join("passwords"), "").unwrap();
         for (user, word) in USERS {
             run("mosquitto_passwd", &["-b", "passwords", user, word], folder);
             fs::write(folder.join(format!("{user}.password")), format!("{word}\n")).unwrap();
         }
-        fs::write(folder.join("access"), ACCESS).unwrap();
+        fs::write(folder.join("access"), access()).unwrap();
         let port = free_port();
         let text = |file: &str| folder.join(file).display().to_string();
         let user = if is_root() { "user root\n" } else { "" };
         let conf = format!(
-            "listener {port} 127.0.0.1\n{user}cafile {}\ncertfile {}\nkeyfile {}\npassword_file {}\nacl_file {}\nallow_anonymous false\nmax_queued_messages 10000\nlog_type error\n",
+            "listener {port} 127.0.0.1\n{user}cafile {}\ncertfile {}\nkeyfile {}\npassword_file {}\nacl_file {}\nallow_anonymous false\nmax_queued_messages 10000\nlog_type error\n{more}",
             text("ca.pem"),
             text("broker.pem"),
             text("broker.key"),

@@ -7,9 +7,19 @@ use rarma_core::decide::State as BoxState;
 use rarma_fleet::record::{Body, Record, State, Utc};
 use std::collections::BTreeSet;
 
+/// What came out.
+pub struct Figures {
+    /// In words.
+    pub said: String,
+    /// Part of the time that was not heard.
+    pub unheard: f64,
+    /// Part of the alarms that were, which were called.
+    pub called: f64,
+}
+
 /// Nothing is missing between journal and store, nothing there twice, everything in order; and what the
 /// records of each box say is what was, second by second, but for what they say was not heard.
-pub fn all(boxes: &[SimulatedBox], stored: &Stored, seconds: u64, last: Standing) -> String {
+pub fn all(boxes: &[SimulatedBox], stored: &Stored, seconds: u64, last: Standing) -> Figures {
     let numbers: Vec<u64> = stored.iter().map(|(n, _)| *n).collect();
     assert_eq!(
         numbers,
@@ -22,7 +32,7 @@ pub fn all(boxes: &[SimulatedBox], stored: &Stored, seconds: u64, last: Standing
         assert!(ids.insert(record.id.clone()), "{:?} twice", record.id);
     }
     let start: Utc = "2026-01-05T00:00:00Z".parse().unwrap();
-    let (mut calls, mut late, mut unheard_s, mut holes) = (0, 0, 0.0, 0);
+    let (mut calls, mut late, mut unheard_s, mut holes, mut were) = (0, 0, 0.0, 0, 0);
     for (k, one) in boxes.iter().enumerate() {
         let name = format!("box-{k}");
         let records: Vec<&Record> = stored
@@ -95,6 +105,7 @@ pub fn all(boxes: &[SimulatedBox], stored: &Stored, seconds: u64, last: Standing
             .iter()
             .filter(|r| r.state == BoxState::Chatter)
             .count();
+        were += in_truth;
         assert!(
             called.len() <= in_truth,
             "{name}: {} calls of {in_truth}",
@@ -102,12 +113,21 @@ pub fn all(boxes: &[SimulatedBox], stored: &Stored, seconds: u64, last: Standing
         );
     }
     let frames: u64 = boxes.iter().map(|b| b.truth.lock().unwrap().frames).sum();
-    format!(
-        "{} boxes, {seconds} s each, {frames} frames: {} records, each once and in order; {calls} alarms ({late} told after a hole); not heard {holes} times, {unheard_s:.0} s of {} s",
+    let time_s = seconds * boxes.len() as u64;
+    let said = format!(
+        "{} boxes, {seconds} s each, {frames} frames: {} records, each once and in order; {calls} alarms of {were} ({late} told after a hole); not heard {holes} times, {unheard_s:.0} s of {time_s} s",
         boxes.len(),
         stored.len(),
-        seconds * boxes.len() as u64,
-    )
+    );
+    Figures {
+        said,
+        unheard: unheard_s / time_s as f64,
+        called: if were > 0 {
+            calls as f64 / were as f64
+        } else {
+            1.0
+        },
+    }
 }
 
 fn was(runs: &[Run], state: State, from: f64, to: f64, name: &str) {

@@ -50,7 +50,7 @@ impl Places {
             );
         }
         let mut text = format!(
-            "group = \"plant\"\nnode = \"gw\"\njournal = \"journal/records.db\"\nstretch_s = {stretch_s}\njournal_bytes = 134217728\nlive_s = 1\nkeep_s = 0.2\n\
+            "group = \"plant\"\nnode = \"gw\"\njournal = \"journal/records.db\"\nstretch_s = {stretch_s}\njournal_bytes = 134217728\nlive_s = 1\n\
              [broker]\nhost = \"localhost\"\nport = {port}\nca = \"../broker/ca.pem\"\nuser = \"gateway\"\npassword_file = \"../broker/gateway.password\"\nprimary_host = \"store\"\n"
         );
         for (k, one) in boxes.iter().enumerate() {

@@ -4,7 +4,9 @@
 use super::boxes::{Plan, SimulatedBox};
 use super::broker::{Broker, is_there};
 use super::gateway::{Child, Places};
+use super::here::until;
 use super::store::Store;
+use rarma_fleet::record::Record;
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufRead, BufReader};
@@ -13,7 +15,7 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 fn python() -> Option<PathBuf> {
     let found = std::env::var_os("RARMA_SPARKPLUG_PYTHON").map(PathBuf::from);
@@ -38,14 +40,6 @@ fn second(python: &Path, broker: &Path, port: u16, what: &str, user: &str) -> Co
     command
 }
 
-fn until(what: &str, mut is: impl FnMut() -> bool) {
-    let until = Instant::now() + Duration::from_secs(30);
-    while !is() {
-        assert!(Instant::now() < until, "waited for: {what}");
-        thread::sleep(Duration::from_millis(50));
-    }
-}
-
 #[test]
 fn a_second_implementation_reads_births_data_and_deaths_and_writes_a_speed() {
     let Some(python) = python().filter(|_| is_there()) else {
@@ -61,8 +55,12 @@ fn a_second_implementation_reads_births_data_and_deaths_and_writes_a_speed() {
         row: 10,
         pause: Duration::from_millis(20),
     };
-    let mut boxes: Vec<SimulatedBox> = (0..3)
-        .map(|seed| SimulatedBox::start(seed, plan, &stop))
+    // One of them dies before the others.
+    let dies = Arc::new(AtomicBool::new(false));
+    let mut boxes: Vec<SimulatedBox> = [&stop, &stop, &dies]
+        .into_iter()
+        .zip(0..)
+        .map(|(stop, seed)| SimulatedBox::start(seed, plan, stop))
         .collect();
     let places = Places::make(folder.path(), &boxes, broker.port, 60.0, false);
 
@@ -138,12 +136,36 @@ fn a_second_implementation_reads_births_data_and_deaths_and_writes_a_speed() {
         child.said().contains("Box/Arm") && child.said().contains("ldbb.most")
     });
 
+    // A tool goes into records, and to no box.
+    let written = second(&python, &at, broker.port, "write", "controller")
+        .args(["box-1", "Spindle/Tool", "T12"])
+        .status()
+        .unwrap();
+    assert!(written.success());
+    until("the tool at the screen", || {
+        let lines = lines.lock().unwrap();
+        let mut data = lines.iter().filter(|l| l["kind"] == "DDATA");
+        data.any(|l| metric(l, "Spindle/Tool").is_some_and(|m| m["value"] == "T12"))
+    });
+
+    // A box dies; and a host asks for births: of those that are there.
+    dies.store(true, Ordering::Relaxed);
+    boxes[2].join();
+    until("the box's death", || count("DDEATH") == 1);
+    let asked = second(&python, &at, broker.port, "rebirth", "store")
+        .status()
+        .unwrap();
+    assert!(asked.success());
+    until("births that were asked for", || {
+        count("NBIRTH") == 2 && count("DBIRTH") >= 5
+    });
+
     // Killed: the broker tells its death; started again it goes on with the next bdSeq.
     let mut child = child;
     child.kill();
     until("the will", || count("NDEATH") == 1);
     let child = child.again(&places);
-    until("births again", || count("DBIRTH") >= 6);
+    until("births again", || count("DBIRTH") >= 7);
     thread::sleep(Duration::from_secs(2));
     child.end();
     until("its own death", || count("NDEATH") == 2);
@@ -157,7 +179,13 @@ fn a_second_implementation_reads_births_data_and_deaths_and_writes_a_speed() {
     let (stored, receiver) = store.end();
     broker.kill();
     conforms(&lines.lock().unwrap());
-    assert!(!stored.is_empty());
+    let with_tool = |(_, r): &(u64, Record)| r.tool.as_ref().is_some_and(|t| t.as_str() == "T12");
+    let of: BTreeSet<&str> = stored
+        .iter()
+        .filter(|one| with_tool(one))
+        .map(|(_, r)| r.id.sender.as_str())
+        .collect();
+    assert_eq!(of, BTreeSet::from(["box-1"]), "whose records have the tool");
     assert!(receiver.refused.is_empty(), "{:?}", receiver.refused);
 }
 
@@ -176,10 +204,11 @@ fn conforms(lines: &[Value]) {
             .unwrap()
     };
     let births: Vec<i64> = of("NBIRTH").map(bd).collect();
-    assert_eq!(births, [0, 1], "topics-nbirth-bdseq-increment");
+    // The second one was asked for: in the connection of the first.
+    assert_eq!(births, [0, 0, 1], "topics-nbirth-bdseq-increment");
     assert_eq!(
         of("NDEATH").map(bd).collect::<Vec<_>>(),
-        births,
+        [0, 1],
         "payloads-ndeath-bdseq"
     );
     for death in of("NDEATH") {
@@ -218,6 +247,7 @@ fn conforms(lines: &[Value]) {
         if kind == "NBIRTH" {
             assert_eq!(number, 0, "payloads-nbirth-seq");
             aliases.clear();
+            born.clear();
         } else {
             let before = seq.unwrap_or_else(|| panic!("{kind} before NBIRTH"));
             assert_eq!(
@@ -282,7 +312,9 @@ fn conforms(lines: &[Value]) {
         records > 20 && historical > 0,
         "{records} records, {historical} historical"
     );
-    assert_eq!(of("DBIRTH").count(), 6);
+    assert_eq!(of("DBIRTH").count(), 7);
+    let died: Vec<&Value> = of("DDEATH").map(|l| &l["device"]).collect();
+    assert_eq!(died, ["box-2"]);
     println!(
         "{} messages, {records} records, {historical} historical metrics, all in order",
         lines.len()

@@ -1,7 +1,8 @@
 """A second implementation of Sparkplug B (pysparkplug) at the gateway's broker.
 
 read HOST PORT CA USER PASSWORD             each message as a line of JSON, until standard input ends
-write HOST PORT CA USER PASSWORD DEVICE METRIC VALUE   one DCMD of the group `plant`, gateway `gw`
+write HOST PORT CA USER PASSWORD DEVICE METRIC VALUE   one DCMD of the group `plant`, gateway `gw`; a number or a text
+rebirth HOST PORT CA USER PASSWORD          one NCMD to it that asks for its births
 """
 
 import json
@@ -70,22 +71,44 @@ def read(host, port, ca, user, password):
     one.disconnect()
 
 
-def write(host, port, ca, user, password, device, metric, number):
+def number(text):
+    try:
+        return psp.DataType.DOUBLE, float(text)
+    except ValueError:
+        return psp.DataType.STRING, text
+
+
+def publish(host, port, ca, user, password, topic, kind, name, datatype, said):
     one = client("second-writer", host, port, ca, user, password)
     one.connect(host, port=int(port))
     time.sleep(0.5)
     now = psp.get_current_timestamp()
-    told = psp.Metric(timestamp=now, name=metric, datatype=psp.DataType.DOUBLE, value=float(number))
-    topic = psp.Topic(
-        message_type=psp.MessageType.DCMD, group_id="plant", edge_node_id="gw", device_id=device
-    )
-    payload = psp.DCmd(timestamp=now, metrics=(told,))
+    told = psp.Metric(timestamp=now, name=name, datatype=datatype, value=said)
     one.publish(
-        psp.Message(topic=topic, payload=payload, qos=psp.QoS.AT_MOST_ONCE, retain=False),
+        psp.Message(
+            topic=topic,
+            payload=kind(timestamp=now, metrics=(told,)),
+            qos=psp.QoS.AT_MOST_ONCE,
+            retain=False,
+        ),
         include_dtypes=True,
     )
     time.sleep(0.5)
     one.disconnect()
 
 
-{"read": read, "write": write}[sys.argv[1]](*sys.argv[2:])
+def write(host, port, ca, user, password, device, metric, text):
+    topic = psp.Topic(
+        message_type=psp.MessageType.DCMD, group_id="plant", edge_node_id="gw", device_id=device
+    )
+    datatype, said = number(text)
+    publish(host, port, ca, user, password, topic, psp.DCmd, metric, datatype, said)
+
+
+def rebirth(host, port, ca, user, password):
+    topic = psp.Topic(message_type=psp.MessageType.NCMD, group_id="plant", edge_node_id="gw")
+    name, datatype = "Node Control/Rebirth", psp.DataType.BOOLEAN
+    publish(host, port, ca, user, password, topic, psp.NCmd, name, datatype, True)
+
+
+{"read": read, "write": write, "rebirth": rebirth}[sys.argv[1]](*sys.argv[2:])

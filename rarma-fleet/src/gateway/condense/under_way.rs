@@ -77,6 +77,9 @@ pub struct Stretch {
     pub(super) level: Option<f64>,
     pub(super) rpm: Option<f64>,
     pub(super) modes: Vec<Mode>,
+    /// The tool at the last verdict.
+    #[serde(default)]
+    pub(super) tool: Option<Name>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -117,8 +120,14 @@ impl UnderWay {
     }
 }
 
-pub(super) fn stretch(verdict: &rarma_box::wire::Verdict, from: Utc, from_box_s: f64) -> Stretch {
+pub(super) fn stretch(
+    verdict: &rarma_box::wire::Verdict,
+    from: Utc,
+    from_box_s: f64,
+    tool: Option<Name>,
+) -> Stretch {
     Stretch {
+        tool,
         from,
         from_box_s,
         state: words::state(verdict.state),
@@ -166,6 +175,7 @@ impl Stretch {
         if least(&next.modes) < least(&self.modes) {
             self.modes = next.modes;
         }
+        self.tool = next.tool;
         self.level = next.level.or(self.level);
         self.rpm = next.rpm.or(self.rpm);
     }

@@ -27,6 +27,9 @@ pub(super) struct Flow {
     pub agreed: bool,
     /// Sent up to here.
     pub sent: u64,
+    /// The store has heard records up to here, beyond what it has acknowledged: one of them is of a later
+    /// schema than its own.
+    pub come: u64,
     /// Records up to here were there at the birth: they are history.
     pub history: u64,
     /// When the store was last heard, or records were first sent.
@@ -41,6 +44,7 @@ impl Flow {
         Self {
             agreed: false,
             sent: 0,
+            come: 0,
             history: 0,
             heard: Instant::now(),
             marks: VecDeque::new(),
@@ -61,13 +65,14 @@ impl Uplink {
     pub(super) fn records(&mut self, ms: u64) {
         let journal = Arc::clone(&self.journal);
         let mut journal = lock(&journal);
-        if self.flow.sent > journal.acknowledged() && self.flow.heard.elapsed() > PATIENCE {
-            self.flow.sent = journal.acknowledged();
+        let come = journal.acknowledged().max(self.flow.come);
+        if self.flow.sent > come && self.flow.heard.elapsed() > PATIENCE {
+            self.flow.sent = come;
             self.flow.marks.clear();
             self.flow.heard = Instant::now();
         }
         while self.outbox.len() < OUTBOX && self.flow.sent < journal.last() {
-            if self.flow.sent.saturating_sub(journal.acknowledged()) >= WINDOW {
+            if self.flow.sent.saturating_sub(come) >= WINDOW {
                 break;
             }
             let kept = match journal.after(self.flow.sent, RECORDS) {
@@ -80,7 +85,7 @@ impl Uplink {
             for notice in journal.notices.drain(..) {
                 self.notices.say(notice);
             }
-            if self.flow.sent == journal.acknowledged() {
+            if self.flow.sent == come {
                 self.flow.heard = Instant::now();
             }
             let count = within(&kept);
@@ -147,8 +152,8 @@ impl Uplink {
         }
     }
 
-    /// The store says how far it has them.
-    pub(super) fn store_has(&mut self, identity: &str, number: u64) {
+    /// The store says how far it has them, and how far they have come: see [`Flow::come`].
+    pub(super) fn store_has(&mut self, identity: &str, number: u64, come: u64) {
         let (own, last, acknowledged) = {
             let journal = lock(&self.journal);
             (
@@ -162,22 +167,29 @@ impl Uplink {
                 .say("refused: the store has acknowledged another journal's records".to_owned());
             return;
         }
-        if number > last {
+        if come > last {
             self.notices.say(format!(
-                "refused: the store has acknowledged record {number}, the journal has {last}"
+                "refused: the store has acknowledged record {come}, the journal has {last}"
             ));
             return;
         }
         if !self.flow.agreed {
             self.flow.agreed = true;
             // A store that has less than was acknowledged was set back: it gets again what is still there.
-            self.flow.sent = number;
+            self.flow.sent = come;
             if number < acknowledged {
                 self.notices.note(format!(
                     "the store is set back to record {number} of {acknowledged}: what the journal still has is sent again"
                 ));
             }
         }
+        if come > number && self.flow.come <= number {
+            self.notices.say(format!(
+                "the store does not know the schema of record {}: from there on records stay in the journal, too (update the store)",
+                number + 1
+            ));
+        }
+        self.flow.come = come;
         self.acknowledge(number);
     }
 }
