@@ -4,7 +4,7 @@
 //!
 //! Needs the built page (`RARMA_WEB_PAGE`, from `cargo xtask web`) and Chromium; without them these
 //! are skipped, loudly. `RARMA_REQUIRE_BROWSER=1` makes that a failure. Sound takes its time: each
-//! pass through the demonstration is 6 s. `RARMA_PASSES` says how many there are.
+//! pass through the demonstration is 6 s.
 
 // What tests write nobody keeps.
 #![allow(clippy::disallowed_methods)]

@@ -63,16 +63,24 @@ fn cost_of_a_block(page: &mut Page) {
 
 #[test]
 fn every_pass_through_the_microphone_is_called_when_the_command_calls_it() {
+    passes("every_pass_through_the_microphone", 2);
+}
+
+#[test]
+#[ignore = "ten passes: two minutes"]
+fn every_pass_through_the_microphone_is_called_when_the_command_calls_it_long() {
+    passes("every_pass_through_the_microphone_long", 10);
+}
+
+fn passes(test: &str, passes: u32) {
     let folder = tempfile::tempdir().expect("a folder");
     let demonstration = Sound::of_the_demonstration();
     let file = folder.path().join("after-silence.wav");
     demonstration.after_silence(SILENCE_S).write(&file);
-    let test = "every_pass_through_the_microphone";
     let Some(mut page) = Page::open(test, Microphone::Hears(&file)) else {
         return;
     };
     told(&mut page);
-    let passes = std::env::var("RARMA_PASSES").map_or(2, |n| n.parse().expect("a number"));
     let by_command = demonstration.by_the_command().alarms[0].on;
     for pass in 1..=passes {
         let summary = listen(&mut page, 6.0);

@@ -98,11 +98,11 @@ impl Forms {
 
 /// The package that has a test file of this name; cargo says what it looked for where none has.
 fn package_of(workspace: &Workspace, file: &str) -> String {
-    let source = format!("tests/{file}.rs");
+    let sources = [format!("tests/{file}.rs"), format!("tests/{file}/main.rs")];
     let folders = std::fs::read_dir(workspace.root()).into_iter().flatten();
     let mut packages = folders
         .flatten()
-        .filter(|f| f.path().join(&source).is_file());
+        .filter(|f| sources.iter().any(|s| f.path().join(s).is_file()));
     let found = packages.find_map(|folder| folder.file_name().into_string().ok());
     found.unwrap_or_else(|| "host-tests".to_owned())
 }

@@ -1,32 +1,40 @@
 //! What long forms need beside this workspace: a test that left it out would pass having judged nothing.
 
 use super::LongForm;
-use crate::verify::{plant, plant_gateway};
+use crate::verify::{browser, plant, plant_gateway};
 use crate::{Result, Workspace};
 use std::path::PathBuf;
 use std::process::Command;
 
-/// The package whose tests ask for servers.
-const PACKAGE: &str = "rarma-fleet";
+/// The package whose tests ask for servers, and the one whose tests ask for a browser.
+const PLANT: &str = "rarma-fleet";
+const PAGE: &str = "rarma-web";
 
 /// What is installed once, when the first form asks for it; none: it could not be had.
 #[derive(Default)]
 pub(super) struct Needs {
     databases: Option<Option<PathBuf>>,
     broker: Option<Option<PathBuf>>,
+    page: Option<Option<PathBuf>>,
 }
 
 impl Needs {
-    /// Tells a form of the servers that it must not leave out. Where one cannot be had that is said, and the form fails.
+    /// Tells a form of the servers, or the browser, that it must not leave out. Where one cannot be had that is said, and the form fails.
     pub(super) fn tell(&mut self, workspace: &Workspace, form: &LongForm, tests: &mut Command) {
         match form.place() {
-            (PACKAGE, Some("plant")) => {
+            (PLANT, Some("plant")) => {
                 let second = self
                     .broker
                     .get_or_insert_with(|| had(plant_gateway::broker(workspace)));
                 plant_gateway::require(tests, second.as_deref());
             }
-            (PACKAGE, Some(_)) => {
+            (PAGE, Some("browser")) => {
+                let page = self
+                    .page
+                    .get_or_insert_with(|| had(browser::page(workspace)));
+                browser::require(tests, page.as_deref());
+            }
+            (PLANT, Some(_)) => {
                 let engine = self
                     .databases
                     .get_or_insert_with(|| had(plant::databases(workspace)));

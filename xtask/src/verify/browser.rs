@@ -4,12 +4,12 @@
 use super::stages::Bench;
 use super::summary::Outcome;
 use crate::toolchain::packages;
-use crate::{Result, process, sound, web};
+use crate::{Result, Workspace, process, sound, web};
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// What Debian calls the browser, and its program.
 const BROWSER: &str = "chromium";
-/// Passes through the demonstration in the long form.
-const LONG_PASSES: &str = "10";
 
 /// The check. Without a compiler for browsers, or without one of these, it is skipped.
 ///
@@ -20,9 +20,7 @@ pub(super) fn check(bench: &mut Bench<'_>) -> Result<Outcome> {
         return Ok(Outcome::Skipped(failure.to_string()));
     }
     let page = web::build(bench.workspace)?;
-    if process::find_program(BROWSER).is_none()
-        && let Err(failure) = packages::install(&[BROWSER])
-    {
+    if let Err(failure) = browser() {
         return Ok(Outcome::Partly(format!("built, but {failure}")));
     }
     let encoder = sound::ensure_encoder();
@@ -37,18 +35,41 @@ pub(super) fn check(bench: &mut Bench<'_>) -> Result<Outcome> {
             "--test-threads",
             "1",
             "--nocapture",
-        ])
-        .env("RARMA_WEB_PAGE", page.folder())
-        .env("RARMA_REQUIRE_BROWSER", "1");
+        ]);
+    require(&mut tests, Some(page.folder()));
     if encoder.is_ok() {
         tests.env("RARMA_REQUIRE_FFMPEG", "1");
-    }
-    if bench.long() {
-        tests.env("RARMA_PASSES", LONG_PASSES);
     }
     bench.pass_if(&mut tests)?;
     Ok(match encoder {
         Ok(()) => Outcome::Passed(page.description()),
         Err(failure) => Outcome::Partly(failure.to_string()),
     })
+}
+
+/// Installs a browser where there is none.
+fn browser() -> Result<()> {
+    if process::find_program(BROWSER).is_some() {
+        return Ok(());
+    }
+    packages::install(&[BROWSER])
+}
+
+/// The built page, and a browser that opens it.
+///
+/// # Errors
+/// One of them cannot be had.
+pub(crate) fn page(workspace: &Workspace) -> Result<PathBuf> {
+    web::toolchain(workspace)?;
+    let page = web::build(workspace)?;
+    browser()?;
+    Ok(page.folder().to_path_buf())
+}
+
+/// Tells tests that they must not skip, and where the page is.
+pub(crate) fn require(tests: &mut Command, page: Option<&Path>) {
+    tests.env("RARMA_REQUIRE_BROWSER", "1");
+    if let Some(page) = page {
+        tests.env("RARMA_WEB_PAGE", page);
+    }
 }

@@ -4,7 +4,7 @@
 //! only in part, says so with its reason; with `--ci` (or `CI=true`) that is a failure. With
 //! `--long` the long forms of tests and of checks run, too, which takes hours.
 
-mod browser;
+pub(crate) mod browser;
 mod cargo_deny;
 pub mod commands;
 pub mod dependencies;

@@ -144,7 +144,7 @@ impl Known {
             "fuzz" => Ok(Plan::Stage("fuzzing")),
             "long" => Ok(Plan::Stage("long forms")),
             "web" => Ok(Plan::Stage("browser page")),
-            "screens" => Ok(Plan::Not("its pictures are to be looked at")),
+            "screens" => Ok(Plan::Stage("sound card")),
             "book" => Ok(Plan::Stage("book")),
             "gallery" if rest.iter().any(|word| word == "--against") => {
                 Ok(Plan::Not("it builds an older version of the program"))
