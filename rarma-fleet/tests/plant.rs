@@ -96,8 +96,8 @@ fn a_plant_that_breaks_loses_and_doubles_no_record_long() {
             gateway_kills: 10,
             cuts: 1,
             disk_full: true,
-            // What is in the sockets when the gateway is killed: 0.09 % on two cores, 2 % where other programs
-            // took most of them.
+            // What is in the sockets when the gateway is killed: 0.09 % on two cores, 1.3 and 2 % where other
+            // programs took most of them.
             unheard_most: 0.03,
             called_least: 0.95,
         });
