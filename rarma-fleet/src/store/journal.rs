@@ -1,18 +1,15 @@
 //! Records out of a gateway's journal, where no broker brings them.
 
 use super::{Store, StoreError, Taken};
+use crate::gateway::journal::{APPLICATION, VERSION, crc_of};
 use rusqlite::{Connection, ErrorCode, OpenFlags};
 use std::io::Read;
 use std::path::Path;
 
-/// What SQLite keeps in a file's head to tell whose it is: "rarj".
-const APPLICATION: [u8; 4] = *b"rarj";
-/// Where, bytes from its beginning.
+/// Where SQLite keeps whose file it is, bytes from its beginning.
 const APPLICATION_AT: usize = 68;
 /// How every file of SQLite begins.
 const SQLITE: &[u8] = b"SQLite format 3\0";
-/// Version of the journal that is known.
-const VERSION: i64 = 1;
 /// Lines that are taken together.
 const TOGETHER: i64 = 4096;
 
@@ -21,7 +18,10 @@ const TOGETHER: i64 = 4096;
 pub fn is_journal(path: &Path) -> bool {
     let mut head = [0; APPLICATION_AT + 4];
     let read = std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut head));
-    read.is_ok() && head.starts_with(SQLITE) && head[APPLICATION_AT..] == APPLICATION
+    let whose = head[APPLICATION_AT..].first_chunk();
+    read.is_ok()
+        && head.starts_with(SQLITE)
+        && whose.is_some_and(|whose| i64::from(i32::from_be_bytes(*whose)) == APPLICATION)
 }
 
 impl Store {
@@ -57,7 +57,7 @@ impl Store {
             let mut sound = Vec::new();
             for (number, crc, line) in entries {
                 match line {
-                    Some(line) if crc == i64::from(CRC.checksum(line.as_bytes())) => {
+                    Some(line) if crc == i64::from(crc_of(&line)) => {
                         sound.push((number, line));
                     }
                     _ => refused(number, "damaged: its check does not fit"),
@@ -71,8 +71,6 @@ impl Store {
         }
     }
 }
-
-const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
 /// For reading. A journal that was closed has no log beside it and gets none; the log of one that was killed is read.
 fn opened(path: &Path) -> rusqlite::Result<Connection> {

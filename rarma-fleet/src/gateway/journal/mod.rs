@@ -15,6 +15,7 @@
 mod opening;
 mod room;
 
+pub(crate) use opening::{APPLICATION, VERSION};
 use room::{Changed, delete_oldest, make_room};
 use rusqlite::{Connection, ErrorCode, OptionalExtension, Transaction, params};
 use std::fs::File;
@@ -371,7 +372,8 @@ fn set_fact(transaction: &Transaction<'_>, name: &str, value: u64) -> rusqlite::
         .map(drop)
 }
 
-fn crc_of(line: &str) -> u32 {
+/// What stands beside a line, so that a damaged one is known.
+pub(crate) fn crc_of(line: &str) -> u32 {
     const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
     CRC.checksum(line.as_bytes())
 }

@@ -5,9 +5,9 @@ use rusqlite::{Connection, ErrorCode, OptionalExtension};
 use std::path::{Path, PathBuf};
 
 /// Version of the file.
-const VERSION: i64 = 1;
+pub(crate) const VERSION: i64 = 1;
 /// Marks the file as one of these ("rarj"; a store says "rarm").
-pub(super) const APPLICATION: i64 = 0x7261_726a;
+pub(crate) const APPLICATION: i64 = 0x7261_726a;
 const TABLES: &str = "
 CREATE TABLE entry (
   seq INTEGER PRIMARY KEY AUTOINCREMENT, box TEXT NOT NULL, verdict INTEGER NOT NULL, crc INTEGER NOT NULL, line TEXT NOT NULL
