@@ -163,6 +163,12 @@ fn a_box_that_goes_away_is_not_0_and_its_record_is_whole() {
     );
     terminal.enter(&told(&line)).expect("typed");
     terminal.wait_for("stable", PATIENCE).expect("listening");
+    let begun = Instant::now();
+    let kept = |record: &Path| std::fs::metadata(record).map_or(0, |meta| meta.len());
+    while kept(&record) < 4096 {
+        assert!(begun.elapsed() < PATIENCE, "the box says nothing");
+        std::thread::sleep(Duration::from_millis(20));
+    }
     drop(served);
     let seen = assert_ended(&terminal, 4);
     assert!(
