@@ -145,7 +145,7 @@ fn channels_one_after_the_other_in_chunks_that_repeat() {
     assert_eq!(e.problem, Problem::Channel);
     assert_eq!(
         e.what,
-        "channel 2 asked for, but there are 2: 0 'Vib/x' in m/s^2, 1 'Vib/y'"
+        "channel 2 asked for, but there are 2: 0 'Vib/x' in m/s², 1 'Vib/y'"
     );
 }
 
