@@ -345,6 +345,43 @@ fn cards_are_listed_and_unknown_ones_refused() {
     assert!(text(&said.stderr).contains("channel 70 asked for, but it has 64"));
 }
 
+/// The library for sound is told of no card at all.
+#[test]
+fn a_computer_without_an_input_is_told_what_to_do() {
+    let Some(cards) = Cards::or_skip("no input") else {
+        return;
+    };
+    let said = output(
+        cards
+            .listen(&["--record", "none.wav"])
+            .env("ALSA_CONFIG_PATH", "/dev/null"),
+    );
+    let words = text(&said.stderr);
+    assert_eq!(said.status.code(), Some(4), "{words}");
+    assert_eq!(words.lines().count(), 1, "{words}");
+    assert!(
+        words.contains("sound card") && words.contains("listen --list"),
+        "{words}"
+    );
+    assert!(!cards.path("none.wav").exists());
+}
+
+#[test]
+fn a_clipped_input_is_warned_of_and_is_bad_input_at_its_end() {
+    let Some(cards) = Cards::or_skip("clipped") else {
+        return;
+    };
+    let loud: Vec<i16> = noise(4.0).iter().map(|x| x.saturating_mul(20)).collect();
+    cards.plays("loud", &loud);
+    let said = output(&mut cards.listen(&["--device", "loud", "--seconds", "3"]));
+    let words = text(&said.stderr);
+    assert_eq!(said.status.code(), Some(3), "{words}");
+    assert!(
+        words.contains("Warning") && words.contains("gain"),
+        "{words}"
+    );
+}
+
 #[test]
 fn a_file_that_is_there_is_not_recorded_over() {
     let Some(cards) = Cards::or_skip("not over") else {
