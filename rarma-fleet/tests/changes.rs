@@ -5,7 +5,7 @@
 
 use rarma_fleet::plant::life::What;
 use rarma_fleet::plant::machine::TrueMode;
-use rarma_fleet::plant::{Fate, Plant, PlantConfig};
+use rarma_fleet::plant::{Fate, MachineTruth, Plant, PlantConfig};
 use rarma_fleet::record::Utc;
 use rarma_fleet::store::{MachineReading, Store};
 use rarma_fleet::trends::change::{Change, Shape};
@@ -52,6 +52,19 @@ fn of_plant(machines: usize, days: u32, seed: u64, fate: Fate) -> (Plant, Vec<Ma
     let found = found_in(&readings);
     assert_eq!(found.len(), machines);
     (plant, found)
+}
+
+/// What is true of a machine, and what was found; trends go by the letters of a name, M1000 before M101.
+fn pairs<'a>(
+    plant: &Plant,
+    found: &'a [MachineTrend],
+) -> impl Iterator<Item = (MachineTruth, &'a MachineTrend)> + use<'a> {
+    plant.truth().into_iter().map(|truth| {
+        let mut trends = found.iter();
+        let of = trends.find(|trend| trend.machine == truth.machine);
+        let trend = of.expect("a trend of each machine");
+        (truth, trend)
+    })
 }
 
 /// Middle, 95 of 100, and most.
@@ -209,8 +222,7 @@ fn loss(machines: usize, seed: u64) {
         },
     );
     let (mut tests, mut right, mut sizes, mut since, mut lost) = (Vec::new(), 0, Vec::new(), 0, 0);
-    for (truth, trend) in plant.truth().iter().zip(&found) {
-        assert_eq!(truth.machine, trend.machine);
+    for (truth, trend) in pairs(&plant, &found) {
         let Some(What::Crash { direction_deg, .. }) = truth.events.first().map(|e| e.what) else {
             continue;
         };
@@ -263,7 +275,7 @@ fn wear(machines: usize, seed: u64) {
     };
     let (plant, found) = of_plant(machines, 400, seed, fate);
     let (mut tests, mut drifts, mut worn) = (Vec::new(), 0, 0);
-    for (truth, trend) in plant.truth().iter().zip(&found) {
+    for (truth, trend) in pairs(&plant, &found) {
         let Some(What::Wear { f_hz, .. }) = truth.events.first().map(|e| e.what) else {
             continue;
         };
@@ -310,7 +322,7 @@ fn joint(machines: usize, seed: u64) {
     };
     let (plant, found) = of_plant(machines, 400, seed, fate);
     let (mut loops, mut backlash, mut worn, mut other_axis) = (Vec::new(), Vec::new(), 0, 0);
-    for (truth, trend) in plant.truth().iter().zip(&found) {
+    for (truth, trend) in pairs(&plant, &found) {
         let Some(What::Joint { axis, .. }) = truth.events.first().map(|e| e.what) else {
             continue;
         };
@@ -371,7 +383,7 @@ fn knock(machines: usize, seed: u64) {
     let (plant, found) = of_plant(machines, 365, seed, fate);
     let (mut tests, mut sizes, mut since, mut signs, mut knocked) =
         (Vec::new(), Vec::new(), 0, 0, 0);
-    for (truth, trend) in plant.truth().iter().zip(&found) {
+    for (truth, trend) in pairs(&plant, &found) {
         let Some(What::Crash {
             squareness_urad, ..
         }) = truth.events.first().map(|e| e.what)
