@@ -154,7 +154,7 @@ fn a_muted_and_a_clipped_microphone_are_told_with_what_to_do() {
     };
     for (name, sound, says, ends) in [
         ("muted", muted, "unmute the input", "No verdict"),
-        ("clipped", clipped, "lower the gain", "could not be trusted"),
+        ("clipped", clipped, "lower the gain", "at full scale"),
     ] {
         let file = folder.path().join(format!("{name}.wav"));
         sound.write(&file);
