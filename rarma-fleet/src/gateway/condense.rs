@@ -19,9 +19,10 @@ use under_way::{
 };
 pub use under_way::{UnderWay, Whose};
 
-/// Verdicts further apart than this leave a hole, s. Shorter losses of single frames do not part a
-/// stretch: the state on both sides of them is known.
+/// Verdicts of one state further apart than this leave a hole, s. Shorter losses of single frames do
+/// not part a stretch: the state on both sides of them is known, and the same.
 pub const GAP_S: f64 = 2.0;
+
 /// See the module.
 #[derive(Debug)]
 pub struct Condenser {
@@ -127,10 +128,10 @@ impl Condenser {
         match self
             .under_way
             .as_ref()
-            .map(|before| before.goes_on(seen, lost))
+            .map(|before| before.goes_on(seen, state, lost))
         {
             None => self.begin(seen, next, None),
-            Some(true) => self.go_on(seen, next, with),
+            Some(true) => self.go_on(seen, next, lost, with),
             Some(false) => self.hole(seen, next, with),
         }
         let Some(under_way) = &mut self.under_way else {
@@ -161,13 +162,18 @@ impl Condenser {
         });
     }
 
-    fn go_on(&mut self, seen: &Seen, next: Stretch, with: &mut dyn FnMut(Record)) {
+    fn go_on(&mut self, seen: &Seen, next: Stretch, lost: bool, with: &mut dyn FnMut(Record)) {
         let Some(before) = &mut self.under_way else {
             return;
         };
         let box_s = seen.clock.box_s;
         let same = before.stretch.state == next.state && before.stretch.reason == next.reason;
-        before.every_s = Some(box_s - before.box_s);
+        // Where frames are lost there may have been verdicts between the two.
+        let apart_s = box_s - before.box_s;
+        before.every_s = before
+            .every_s
+            .filter(|every_s| lost && *every_s < apart_s)
+            .or(Some(apart_s));
         (before.sequence, before.box_s) = (seen.head.sequence, box_s);
         if same && box_s - before.stretch.from_box_s < self.stretch_s {
             before.stretch.merge(next);

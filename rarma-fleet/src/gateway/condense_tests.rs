@@ -291,3 +291,41 @@ fn records_have_the_tool_that_was_told_while_they_lasted() {
         ]
     );
 }
+
+/// A verdict that is lost within a state hides nothing; one that is lost where the state changes leaves a hole, for
+/// nobody knows when it changed; another frame that is lost leaves none.
+#[test]
+fn what_is_lost_between_two_states_is_not_heard() {
+    let mut condenser = condenser(None);
+    let mut records = Vec::new();
+    let mut sequence = 0;
+    let mut say = |number: u32, t: f64, state| {
+        sequence += number;
+        let frame = verdict(t, state);
+        let _ = condenser.take(head(7, sequence), &frame, at(t), &mut |r| records.push(r));
+    };
+    let (stable, idle) = (decide::State::Stable, decide::State::Idle);
+    say(1, 0.0, stable);
+    say(1, 1.0, stable);
+    say(2, 3.0, stable);
+    say(2, 5.0, idle);
+    say(1, 6.0, idle);
+    // Not a verdict.
+    say(2, 7.0, stable);
+    say(1, 8.0, idle);
+    let told: Vec<(f64, State, f64)> = (records.iter())
+        .filter_map(|r| match &r.body {
+            Body::Verdict(v) => Some((r.time.since_s(at(0.0)), v.state, v.seconds)),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(
+        told,
+        [
+            (0.0, State::Stable, 3.0),
+            (3.0, State::Invalid, 2.0),
+            (5.0, State::Idle, 2.0),
+            (7.0, State::Stable, 1.0),
+        ]
+    );
+}

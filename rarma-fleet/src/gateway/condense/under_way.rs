@@ -112,10 +112,15 @@ impl UnderWay {
             .plus_s(self.box_s - self.stretch.from_box_s)
     }
 
-    /// Whether a verdict follows the last one without a hole.
-    pub(super) fn goes_on(&self, seen: &Seen, lost: bool) -> bool {
+    /// Whether a verdict of this state follows the last one without a hole. Where verdicts are lost
+    /// between two states nobody knows when one became the other.
+    pub(super) fn goes_on(&self, seen: &Seen, state: State, lost: bool) -> bool {
         let since_s = seen.clock.box_s - self.box_s;
-        let most_s = GAP_S.max(1.5 * self.every_s.unwrap_or(0.0));
+        let next_s = 1.5 * self.every_s.unwrap_or(0.0);
+        let most_s = match state == self.stretch.state {
+            true => GAP_S.max(next_s),
+            false => next_s,
+        };
         self.session == seen.session() && since_s >= 0.0 && (!lost || since_s <= most_s)
     }
 }
