@@ -123,7 +123,7 @@ const TOPICS: [&str; 9] = [
     "other",
 ];
 
-/// A store that takes numbers that rise, and nothing else.
+/// A store that takes numbers that rise, and nothing else; beyond `number` where one of a later schema is left out.
 #[derive(Default)]
 struct Memory {
     number: u64,
@@ -136,7 +136,6 @@ impl Sink for Memory {
 
     fn store(&mut self, _: &str, number: u64, records: &[Numbered]) -> Result<(), String> {
         assert!(records.is_sorted_by_key(|(n, ..)| *n), "out of order");
-        assert!(records.iter().all(|(n, ..)| *n <= number));
         for (_, line, record) in records {
             assert_eq!(from_line(line).as_ref(), Ok(record), "{line}");
         }

@@ -48,7 +48,10 @@ pub fn from_line(line: &str) -> Result<Record, RecordError> {
     if line.len() > MOST_LINE {
         return Err(RecordError::Long(line.len()));
     }
-    let form = |e: serde_json::Error| RecordError::Form(e.to_string());
+    // It repeats words of the line, which may hold anything.
+    let one_line = |c: &char| !c.is_control();
+    let form =
+        |e: serde_json::Error| RecordError::Form(e.to_string().chars().filter(one_line).collect());
     // The version first: a record of a later one may look different in every other respect.
     let version: Version = serde_json::from_str(line).map_err(form)?;
     match version.schema {

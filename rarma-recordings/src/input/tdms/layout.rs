@@ -103,7 +103,8 @@ pub(super) fn place(
             };
             keep(objects, part, piece);
         }
-        at += part.bytes;
+        // Of the last channels of a chunk that is cut short nothing is there, wherever they say they are.
+        at = at.saturating_add(part.bytes);
     }
     Ok(())
 }
