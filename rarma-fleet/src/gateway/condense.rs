@@ -187,10 +187,10 @@ impl Condenser {
         };
         let id = (seen.session(), number(seen.head.sequence, STRETCH));
         let tool = ended.tool.clone();
-        let record = self
-            .whose
-            .record(id, ended.from, clock, ended.body(seconds));
-        with(Record { tool, ..record });
+        with(
+            self.whose
+                .record(id, tool, ended.from, clock, ended.body(seconds)),
+        );
     }
 
     /// What was under way ended where it was last heard; then comes a hole, then `next`.
@@ -220,12 +220,8 @@ impl Condenser {
                 ..seen.clock
             };
             let id = (seen.session(), number(seen.head.sequence, HOLE));
-            let record = self.whose.record(id, last, clock, hole);
             // Which tools there were meanwhile is not known either.
-            with(Record {
-                tool: None,
-                ..record
-            });
+            with(self.whose.record(id, None, last, clock, hole));
         }
         self.begin(seen, next, alarm);
     }
@@ -253,11 +249,7 @@ impl Condenser {
             let clock = clock(ended.stretch.from_box_s);
             let id = (session, number(sequence, STRETCH_ENDED));
             let body = ended.stretch.body(seconds);
-            let record = self.whose.record(id, from, clock, body);
-            with(Record {
-                tool: tool.clone(),
-                ..record
-            });
+            with(self.whose.record(id, tool.clone(), from, clock, body));
         }
         let alarm = ended.alarm?;
         if alarm_goes_on {
@@ -266,8 +258,7 @@ impl Condenser {
         let clock = clock(ended.box_s);
         let id = (session, number(sequence, ALARM_ENDED));
         let body = alarm.released(None, ended.box_s);
-        let record = self.whose.record(id, last, clock, body);
-        with(Record { tool, ..record });
+        with(self.whose.record(id, tool, last, clock, body));
         None
     }
 
@@ -283,7 +274,8 @@ impl Condenser {
                 ..seen.clock
             };
             let body = before.released(None, under_way.box_s);
-            with(self.whose.record(id, under_way.last(), clock, body));
+            let tool = self.whose.tool.clone();
+            with(self.whose.record(id, tool, under_way.last(), clock, body));
         }
         under_way.sequence = seen.head.sequence;
         let called = number(seen.head.sequence, CALLED);
@@ -301,10 +293,8 @@ impl Condenser {
             rpm,
             teeth: self.whose.teeth,
         });
-        with(
-            self.whose
-                .record((seen.session(), called), seen.time, seen.clock, body),
-        );
+        let (id, tool) = ((seen.session(), called), self.whose.tool.clone());
+        with(self.whose.record(id, tool, seen.time, seen.clock, body));
     }
 
     fn release(&mut self, seen: &Seen, said: Option<(f64, f64)>, with: &mut dyn FnMut(Record)) {
@@ -317,7 +307,8 @@ impl Condenser {
         }
         let body = alarm.released(said, seen.clock.box_s);
         let id = (seen.session(), number(seen.head.sequence, RELEASED));
-        with(self.whose.record(id, seen.time, seen.clock, body));
+        let tool = self.whose.tool.clone();
+        with(self.whose.record(id, tool, seen.time, seen.clock, body));
     }
 
     /// The box will not be heard for a while, or ever: ends what is under way where it was last heard.

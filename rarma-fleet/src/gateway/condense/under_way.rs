@@ -150,6 +150,7 @@ impl Whose {
     pub(super) fn record(
         &self,
         (session, seq): (u64, u64),
+        tool: Option<Name>,
         time: Utc,
         clock: Clock,
         body: Body,
@@ -164,7 +165,7 @@ impl Whose {
             machine: self.machine.clone(),
             time,
             clock: Some(clock),
-            tool: self.tool.clone(),
+            tool,
             operator: None,
             settings: self.settings.clone(),
             firmware: self.firmware.clone(),
