@@ -9,7 +9,6 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rarma_core::Order;
-use realfft::RealFftPlanner;
 
 /// What should not matter.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -115,14 +114,11 @@ fn resample(heard: &mut Heard, of: usize, all: usize) {
     let blocks = heard.samples.len() / all;
     let (length, new) = (blocks * all, blocks * of);
     heard.samples.truncate(length);
-    let mut planner = RealFftPlanner::<f32>::new();
-    let (forward, back) = (
-        planner.plan_fft_forward(length),
-        planner.plan_fft_inverse(new),
-    );
+    let (forward, back) = (rarma_fourier::forward(length), rarma_fourier::inverse(new));
+    let mut whole: Vec<f64> = heard.samples.iter().map(|x| f64::from(*x)).collect();
     let (mut spectrum, mut samples) = (forward.make_output_vec(), back.make_output_vec());
     // Both lengths are right, so that neither can fail.
-    let _ = forward.process(&mut heard.samples, &mut spectrum);
+    let _ = forward.process(&mut whole, &mut spectrum);
     spectrum.resize(new / 2 + 1, Default::default());
     // The first, and the last where there is one of half the rate, are real.
     if let Some(last) = spectrum.last_mut()
@@ -131,8 +127,7 @@ fn resample(heard: &mut Heard, of: usize, all: usize) {
         last.im = 0.0;
     }
     let _ = back.process(&mut spectrum, &mut samples);
-    samples.iter_mut().for_each(|x| *x /= length as f32);
-    heard.samples = samples;
+    heard.samples = samples.iter().map(|x| (x / length as f64) as f32).collect();
     heard.fs_hz *= of as f64 / all as f64;
 }
 

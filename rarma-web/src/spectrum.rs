@@ -1,9 +1,7 @@
 //! The sound over time and frequency, column by column, for the picture that moves.
 
-use realfft::num_complex::Complex;
-use realfft::{RealFftPlanner, RealToComplex};
+use rarma_fourier::{Complex, Forward};
 use std::fmt;
-use std::sync::Arc;
 
 /// Length of a window, s: frequencies 23 Hz apart.
 const WINDOW_S: f64 = 0.043;
@@ -18,13 +16,13 @@ const MOST: usize = 4096;
 #[derive(Clone)]
 pub struct Spectrum {
     fs: f64,
-    transform: Arc<dyn RealToComplex<f32>>,
-    hann: Vec<f32>,
-    gain: f32,
+    transform: Forward,
+    hann: Vec<f64>,
+    gain: f64,
     rows: usize,
-    window: Vec<f32>,
-    input: Vec<f32>,
-    output: Vec<Complex<f32>>,
+    window: Vec<f64>,
+    input: Vec<f64>,
+    output: Vec<Complex<f64>>,
     columns: Vec<u8>,
 }
 
@@ -41,14 +39,14 @@ impl Spectrum {
     /// Of samples of rate `fs`, Hz, up to a little above `high_hz`.
     pub fn new(fs: f64, high_hz: f64) -> Self {
         let n = ((WINDOW_S * fs) as usize).next_power_of_two().max(32);
-        let transform = RealFftPlanner::<f32>::new().plan_fft_forward(n);
-        let hann: Vec<f32> = (0..n)
-            .map(|i| 0.5 - 0.5 * (std::f32::consts::TAU * (i as f32 + 0.5) / n as f32).cos())
+        let transform = rarma_fourier::forward(n);
+        let hann: Vec<f64> = (0..n)
+            .map(|i| 0.5 - 0.5 * (std::f64::consts::TAU * (i as f64 + 0.5) / n as f64).cos())
             .collect();
         let rows = ((ABOVE * high_hz / fs * n as f64).ceil() as usize).clamp(1, n / 2);
         Self {
             fs,
-            gain: 2.0 / hann.iter().sum::<f32>(),
+            gain: 2.0 / hann.iter().sum::<f64>(),
             rows,
             window: Vec::with_capacity(n),
             input: transform.make_input_vec(),
@@ -76,7 +74,8 @@ impl Spectrum {
 
     /// Takes the next sample.
     pub fn push(&mut self, x: f32) {
-        self.window.push(if x.is_finite() { x } else { 0.0 });
+        self.window
+            .push(if x.is_finite() { f64::from(x) } else { 0.0 });
         if self.window.len() < self.hann.len() {
             return;
         }
@@ -94,8 +93,8 @@ impl Spectrum {
             .is_ok()
         {
             let (low, high) = RANGE_DB;
-            let value = |z: &Complex<f32>| {
-                let db = 20.0 * f64::from(self.gain * z.norm()).max(1e-9).log10();
+            let value = |z: &Complex<f64>| {
+                let db = 20.0 * (self.gain * z.norm()).max(1e-9).log10();
                 (255.0 * (db - low) / (high - low)).clamp(0.0, 255.0) as u8
             };
             if self.columns.len() >= MOST * self.rows {

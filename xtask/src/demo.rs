@@ -2,8 +2,8 @@
 
 use crate::{Result, Workspace, process};
 
-/// The program of the demonstration: it needs no decoders and no sound card, and is built without, a
-/// quarter of a minute less.
+/// The program of the demonstration is built without what it does not need (decoders, the live screen, the emulated
+/// chip), so that it is there in two minutes.
 pub const PROGRAM: [&str; 4] = [
     "--release",
     "--package",

@@ -1,7 +1,6 @@
 //! The strongest line of a sound.
 
 use core::f64::consts::TAU;
-use realfft::RealFftPlanner;
 
 /// Length of a look, s.
 const WINDOW_S: f64 = 0.2;
@@ -10,7 +9,7 @@ const WINDOW_S: f64 = 0.2;
 pub(super) fn range_hz(sound: &[f64], fs_hz: f64, times_s: &[(f64, f64)]) -> Option<(f64, f64)> {
     let window = ((WINDOW_S * fs_hz) as usize).max(16);
     let n = (2 * window).next_power_of_two();
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(n);
+    let transform = rarma_fourier::forward(n);
     let mut lines = transform.make_output_vec();
     let mut input = transform.make_input_vec();
     let mut out: Option<(f64, f64)> = None;

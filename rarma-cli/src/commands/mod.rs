@@ -39,7 +39,7 @@ mod simulate;
 mod source;
 mod sweep;
 mod tacho;
-#[cfg(not(target_family = "wasm"))]
+#[cfg(all(feature = "emulated-chip", not(target_family = "wasm")))]
 mod target;
 mod watched;
 
@@ -56,7 +56,7 @@ pub use pair::listen as listen_pair;
 pub use psd::{Density, psd_recording};
 pub use simulate::{Simulated, simulate};
 pub use source::About;
-#[cfg(not(target_family = "wasm"))]
+#[cfg(all(feature = "emulated-chip", not(target_family = "wasm")))]
 pub use target::on_chip;
 
 use crate::args::{Cli, Command};
@@ -77,11 +77,11 @@ pub fn run(cli: &Cli) -> Result<u8, Failure> {
         Command::Listen(args) => listen::main(args),
         Command::Advise(args) => advise::main(args),
         Command::Act(args) => act::main(args),
-        #[cfg(not(target_family = "wasm"))]
+        #[cfg(all(feature = "emulated-chip", not(target_family = "wasm")))]
         Command::Target(args) => target::main(args),
-        #[cfg(target_family = "wasm")]
+        #[cfg(not(all(feature = "emulated-chip", not(target_family = "wasm"))))]
         Command::Target(_) => Err(Failure::System(
-            "target: no emulator in a browser".to_owned(),
+            "target: this program was built without the emulated chip (build it without --no-default-features)".to_owned(),
         )),
         Command::Identify(args) => identify::main(args),
         Command::Order(args) => order::main(args),

@@ -12,7 +12,6 @@ use crate::output;
 use rarma_fit::{model_density, welch_density, windowed_density};
 use rarma_recordings::export::{Along, Column, Table};
 use rarma_recordings::input::Recording;
-use realfft::RealFftPlanner;
 use serde::Serialize;
 use std::path::Path;
 
@@ -275,7 +274,7 @@ fn transformed(
     window: impl Fn(usize) -> f64,
     fs: f64,
 ) -> (Vec<f64>, Vec<f64>) {
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(n);
+    let transform = rarma_fourier::forward(n);
     let mut input: Vec<f64> = x.iter().enumerate().map(|(k, x)| x * window(k)).collect();
     let power: f64 = (0..n).map(|k| window(k).powi(2)).sum();
     let mut lines = transform.make_output_vec();

@@ -1,9 +1,7 @@
 //! What was heard, as the pictures of a run need it: all of a short recording, of a long
 //! one its envelope and its spectra, in memory that does not grow.
 
-use realfft::num_complex::Complex;
-use realfft::{RealFftPlanner, RealToComplex};
-use std::sync::Arc;
+use rarma_fourier::{Complex, Forward};
 
 /// Samples up to which all are kept: 22 s at 48 kHz.
 const WHOLE: usize = 1 << 20;
@@ -271,7 +269,7 @@ struct Spectra {
     hann: Vec<f64>,
     gain: f64,
     mean: f64,
-    fft: Arc<dyn RealToComplex<f64>>,
+    fft: Forward,
     input: Vec<f64>,
     output: Vec<Complex<f64>>,
     scratch: Vec<Complex<f64>>,
@@ -298,7 +296,7 @@ impl Spectra {
     fn new(fs: f64, top_hz: f64, mean: f64) -> Self {
         let window = window(fs, top_hz, LONGEST).max(SHORTEST);
         let (hann, gain) = hann(window);
-        let fft = RealFftPlanner::new().plan_fft_forward(window);
+        let fft = rarma_fourier::forward(window);
         let (output, scratch) = (fft.make_output_vec(), fft.make_scratch_vec());
         // A mode may lie a little above the band.
         let bins = (2.0 * top_hz * window as f64 / fs) as usize + 2;

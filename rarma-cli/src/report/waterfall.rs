@@ -6,7 +6,6 @@ use rarma_pictures::Axis;
 use rarma_pictures::text::{hertz, px, seconds, significant};
 use rarma_pictures::{LEFT, Panel, RIGHT, TOP};
 use rarma_pictures::{SHADES, bitmap, gradient_stops};
-use realfft::RealFftPlanner;
 
 const HEIGHT: f64 = 260.0;
 const COLUMNS: usize = 720;
@@ -155,7 +154,7 @@ fn of_whole(samples: &[f64], scene: &Scene<'_>) -> Option<Spectra> {
     }
     let (hann, gain) = hann(window);
     let mean = mean(samples);
-    let fft = RealFftPlanner::<f64>::new().plan_fft_forward(window);
+    let fft = rarma_fourier::forward(window);
     let (mut input, mut output) = (fft.make_input_vec(), fft.make_output_vec());
     let per_column = samples.len() as f64 / COLUMNS as f64;
     let pieces = ((per_column / window as f64).ceil() as usize).clamp(1, 4);

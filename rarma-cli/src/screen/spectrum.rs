@@ -3,8 +3,7 @@
 //! Listening side: a window and one transform a row, some 20 µs.
 
 use crate::report::sound::hann;
-use realfft::num_complex::Complex;
-use realfft::{RealFftPlanner, RealToComplex};
+use rarma_fourier::{Complex, Forward};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -50,7 +49,7 @@ pub(super) struct Spectra {
     fs: f64,
     window: Vec<f64>,
     gain: f64,
-    transform: Arc<dyn RealToComplex<f64>>,
+    transform: Forward,
     /// The last samples, as many as the window has.
     last: VecDeque<f64>,
     /// Samples until the next row.
@@ -68,7 +67,7 @@ impl Spectra {
             band_hz,
             fs,
             gain,
-            transform: RealFftPlanner::new().plan_fft_forward(length),
+            transform: rarma_fourier::forward(length),
             last: VecDeque::with_capacity(length),
             window,
             left: (ROW_S * fs) as usize,

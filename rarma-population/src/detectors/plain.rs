@@ -7,7 +7,6 @@
 use super::{Detector, Recording, Said, Speed};
 use crate::Defect;
 use rarma_core::condition::{Band, BandFilter};
-use realfft::RealFftPlanner;
 
 /// Between two looks, s.
 const HOP_S: f64 = 0.05;
@@ -93,7 +92,7 @@ fn looks(samples: &[f32], fs_hz: f64, speed: &Speed) -> Vec<Look> {
     let window = (length_s * fs) as usize;
     let hop = ((HOP_S * fs) as usize).max(1);
     let n = (2 * window).next_power_of_two();
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(n);
+    let transform = rarma_fourier::forward(n);
     let mut lines = transform.make_output_vec();
     let mut input = transform.make_input_vec();
     // A line is as wide as the window makes it.

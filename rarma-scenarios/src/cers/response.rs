@@ -6,7 +6,6 @@ use super::record::CersRecord;
 use core::f64::consts::{PI, SQRT_2};
 use rarma_rigs::cers::{Frf, FrfLine, Path, RealFft, Window, remove_orders};
 use rarma_rigs::els::Complex;
-use realfft::RealFftPlanner;
 
 const HALF: usize = BLOCK / 2;
 /// Room for the orders: 2·24 + 1.
@@ -111,8 +110,7 @@ fn force(record: &CersRecord, axis: usize) -> (Vec<f64>, usize) {
 /// A series through a response, by its transform as a whole.
 fn filtered(x: &[f64], fs: f64, by: impl Fn(f64) -> Complex<f64>) -> Option<Vec<f64>> {
     let n = x.len();
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (there, back) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
+    let (there, back) = (rarma_fourier::forward(n), rarma_fourier::inverse(n));
     let (mut input, mut lines) = (x.to_vec(), there.make_output_vec());
     there.process(&mut input, &mut lines).ok()?;
     for (k, z) in lines.iter_mut().enumerate() {

@@ -5,7 +5,6 @@ use rarma_core::condition::Band;
 use rarma_core::spectrum::{FactorTracker, modal};
 use rarma_fit::{ArxOrder, arx};
 use rarma_rigs::els::{AgreedMode, Complex, Reading, agreed, fit_modes};
-use realfft::RealFftPlanner;
 
 /// What the sensor measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -196,7 +195,7 @@ fn heard(force: &[f64], response: &[f64]) -> std::ops::Range<usize> {
 }
 
 fn transform(x: &[f64]) -> Result<Vec<Complex<f64>>, String> {
-    let plan = RealFftPlanner::<f64>::new().plan_fft_forward(x.len());
+    let plan = rarma_fourier::forward(x.len());
     let (mut input, mut output) = (x.to_vec(), plan.make_output_vec());
     plan.process(&mut input, &mut output)
         .map_err(|why| why.to_string())?;

@@ -3,7 +3,6 @@
 use super::{DelaySystem, RESPONSES, krylov};
 use core::f64::consts::{PI, TAU};
 use nalgebra::Complex;
-use realfft::RealFftPlanner;
 
 /// How a cut loses its stability.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,7 +87,7 @@ fn swinging_root(
     // Evenly in time: twice as many points as steps, and straight lines between.
     let n = (2 * motion.len()).next_power_of_two();
     let mut powers = vec![0.0; n / 2 + 1];
-    let transform = RealFftPlanner::<f64>::new().plan_fft_forward(n);
+    let transform = rarma_fourier::forward(n);
     for axis in 0..RESPONSES {
         let mut even = transform.make_input_vec();
         let mut step = 0;
