@@ -365,12 +365,27 @@ const EXAMPLES: &[(&[&str], &[Example])] = &[
     ),
 ];
 
-/// A command line with its examples.
+/// Of these the whole program's help shows the first example.
+const FIRST: [&str; 4] = ["demo", "monitor", "listen", "connect"];
+
+/// A command line with its examples: a command has its own, a group of commands the first of each of them.
 pub(super) fn with_examples(mut command: Command) -> Command {
     for (path, examples) in EXAMPLES {
         command = put(command, path, &told(examples));
+        if let [group, _] = path {
+            command = put(command, &[group], &told(&first(|of| of[0] == *group)));
+        }
     }
-    command
+    let examples = told(&first(|of| FIRST.contains(&of[0])));
+    let rest = command.get_after_help().map(ToString::to_string);
+    command.after_help(examples + "\n\n" + &rest.unwrap_or_default())
+}
+
+/// The first example of each command that is asked for.
+fn first(asked: impl Fn(&[&str]) -> bool) -> Vec<Example> {
+    let of = EXAMPLES.iter().filter(|(path, _)| asked(path));
+    of.filter_map(|(_, examples)| examples.first().copied())
+        .collect()
 }
 
 fn put(command: Command, path: &[&'static str], text: &str) -> Command {
@@ -411,6 +426,24 @@ mod tests {
                 if let Err(why) = Cli::read(&words) {
                     panic!("{line}: {why}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn groups_show_the_first_example_of_each_of_their_commands() {
+        let mut line = Cli::command_line();
+        let whole = line.render_help().to_string();
+        assert!(
+            whole.contains("    rarma monitor cut.wav --rpm 1656"),
+            "{whole}"
+        );
+        assert!(whole.contains("Exit codes: 0 done"), "{whole}");
+        for group in line.get_subcommands_mut().filter(|c| c.has_subcommands()) {
+            let help = group.clone().render_help().to_string();
+            for sub in group.get_subcommands() {
+                let begins = format!("    rarma {} {} ", group.get_name(), sub.get_name());
+                assert_eq!(help.matches(&begins).count(), 1, "{help}");
             }
         }
     }
