@@ -1,6 +1,6 @@
 //! Which commands the gallery shows.
 
-use crate::verify::commands::roles::Input;
+use crate::inputs::roles::Input;
 
 /// A command that makes a page of pictures.
 #[derive(Debug, Clone, Copy)]

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::list::Shown;
 use super::pictures;
-use crate::verify::commands::inputs::Maker;
+use crate::inputs::Maker;
 use crate::{Failure, Result, process};
 
 /// The list beside the pictures.

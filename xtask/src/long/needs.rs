@@ -1,7 +1,7 @@
 //! What long forms need beside this workspace: a test that left it out would pass having judged nothing.
 
 use super::LongForm;
-use crate::verify::{browser, plant, plant_gateway};
+use crate::needs::{broker, browser, databases};
 use crate::{Result, Workspace};
 use std::path::PathBuf;
 use std::process::Command;
@@ -25,8 +25,8 @@ impl Needs {
             (PLANT, Some("plant")) => {
                 let second = self
                     .broker
-                    .get_or_insert_with(|| had(plant_gateway::broker(workspace)));
-                plant_gateway::require(tests, second.as_deref());
+                    .get_or_insert_with(|| had(broker::broker(workspace)));
+                broker::require(tests, second.as_deref());
             }
             (PAGE, Some("browser")) => {
                 let page = self
@@ -37,8 +37,8 @@ impl Needs {
             (PLANT, Some(_)) => {
                 let engine = self
                     .databases
-                    .get_or_insert_with(|| had(plant::databases(workspace)));
-                plant::require(tests, engine.as_deref());
+                    .get_or_insert_with(|| had(databases::databases(workspace)));
+                databases::require(tests, engine.as_deref());
             }
             _ => {}
         }

@@ -4,14 +4,14 @@
 //! only in part, says so with its reason; with `--ci` (or `CI=true`) that is a failure. With
 //! `--long` the long forms of tests and of checks run, too, which takes hours.
 
-pub(crate) mod browser;
+mod browser;
 mod cargo_deny;
 pub mod commands;
 pub mod dependencies;
 mod fuzz;
 mod packed;
-pub(crate) mod plant;
-pub(crate) mod plant_gateway;
+mod plant;
+mod plant_gateway;
 mod python;
 mod spdx;
 mod stages;

@@ -1,20 +1,11 @@
 //! Records of a plant: the same answers from SQLite, PostgreSQL and ClickHouse's engine, TLS to both, trends
 //! against the truth of simulated plants, and `rarma store`, `trends`, `plant`.
 
-use super::python::Environment;
 use super::stages::Bench;
 use super::summary::Outcome;
-use crate::toolchain::packages;
-use crate::{Failure, Result, Workspace, process};
-use std::path::{Path, PathBuf};
+use crate::needs::databases::{databases, require};
+use crate::{Result, process};
 use std::process::Command;
-
-/// PostgreSQL as Debian packs it; the tests start one of their own.
-const POSTGRES: &str = "postgresql";
-/// Where its programs are.
-const PROGRAMS: &str = "/usr/lib/postgresql";
-/// ClickHouse's engine for Python.
-const ENGINE: &str = "rarma-fleet/tests/support/requirements.txt";
 
 /// Tests that need no database beside SQLite.
 const ALONE: [&str; 2] = ["changes", "fleet"];
@@ -40,28 +31,5 @@ pub(super) fn records(bench: &mut Bench<'_>) -> Result<Outcome> {
             bench.pass_if(&mut tests)?;
             Ok(Outcome::Partly(format!("SQLite alone: {failure}")))
         }
-    }
-}
-
-/// Installs both databases; the Python that has ClickHouse's engine.
-///
-/// # Errors
-/// One of them cannot be had.
-pub(crate) fn databases(workspace: &Workspace) -> Result<PathBuf> {
-    if !Path::new(PROGRAMS).exists() {
-        packages::install(&[POSTGRES])?;
-    }
-    let Some(python) = process::find_program("python3") else {
-        return Err(Failure::new("no python3 for ClickHouse's engine"));
-    };
-    let folder = workspace.target_dir().join("plant-py");
-    Ok(Environment::make(&python, folder, &workspace.root().join(ENGINE))?.program())
-}
-
-/// Tells tests that they must not leave out a database, and which Python has ClickHouse's engine.
-pub(crate) fn require(tests: &mut Command, engine: Option<&Path>) {
-    tests.env("RARMA_ALL_STORES", "1");
-    if let Some(engine) = engine {
-        tests.env("RARMA_CHDB_PYTHON", engine);
     }
 }

@@ -5,11 +5,9 @@
 //! command, [`roles`] what its arguments are; [`inputs`] makes stand-ins for a reader's own
 //! files, [`run`] runs, `lookup` asks whether named tests exist. What is not known is a failure.
 
-pub mod inputs;
 mod lookup;
 pub mod pages;
 pub mod plan;
-pub mod roles;
 pub mod run;
 mod runner;
 pub mod shell;

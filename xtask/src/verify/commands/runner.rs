@@ -1,16 +1,16 @@
 //! Runs the blocks of the pages, line by line.
 
-use super::inputs::Maker;
 use super::lookup::Lookup;
 use super::pages::Block;
 use super::plan::{Known, Plan};
-use super::roles::{self, Input};
 use super::run::{self, Server, Start};
 use super::shell::{self, Pipeline, Step};
 use super::tally::Tally;
 use super::wanted::Wanted;
 use super::yardstick::{TIMES_THE_DEMONSTRATION, Yardstick};
 use super::{aliases, may_end_with_one};
+use crate::inputs::Maker;
+use crate::inputs::roles::{self, Input};
 use crate::verify::stages::Bench;
 use crate::{Failure, Result, Workspace, process};
 use std::fs;

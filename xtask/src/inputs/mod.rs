@@ -1,7 +1,9 @@
 //! Stand-ins for a reader's own files, made by the program itself where it can.
 
-use super::roles::Input;
+pub mod roles;
+
 use crate::{Failure, Result, process};
+use roles::Input;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
