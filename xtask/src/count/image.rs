@@ -107,15 +107,16 @@ impl CountImage {
         })
     }
 
-    /// Names of its kernels, in its order.
+    /// Names of its kernels, or of its functions, in its order.
     ///
     /// # Errors
     /// When it cannot be run.
-    pub fn kernels(&self) -> Result<Vec<String>> {
+    pub fn kernels(&self, functions: bool) -> Result<Vec<String>> {
         let said = self.run(None, "--list")?;
+        let kind = if functions { "function " } else { "kernel " };
         Ok(said
             .lines()
-            .filter_map(|line| line.strip_prefix("kernel "))
+            .filter_map(|line| line.strip_prefix(kind))
             .map(|name| name.trim().to_owned())
             .collect())
     }

@@ -1,6 +1,7 @@
 //! The harness, and the list of kernels.
 
 mod estimators;
+mod functions;
 mod rigs;
 
 use core::hint::black_box;
@@ -46,13 +47,18 @@ impl Kernel for Nop {
 const WARM_UP_PASSES: usize = 16;
 
 macro_rules! kernels {
-    ($($kernel:ty),* $(,)?) => {
+    ($($kernel:ty),* ; $($function:ty),* $(,)?) => {
         fn list() {
             $(hprintln!("kernel {}", <$kernel>::NAME);)*
+            $(hprintln!("function {}", <$function>::NAME);)*
         }
         fn run_named(name: &str, signal: &[f32; SAMPLES]) -> bool {
             $(if name == <$kernel>::NAME {
                 run::<$kernel>(signal);
+                return true;
+            })*
+            $(if name == <$function>::NAME {
+                run::<$function>(signal);
                 return true;
             })*
             false
@@ -64,7 +70,12 @@ kernels![
     Nop, Update21, Update22, Update43, Update44, Update65, Update66, Update87, Update88, Roots21,
     Roots22, Roots43, Roots44, Roots65, Roots66, Roots87, Roots88, Chain21, Chain22, Chain43,
     Chain44, Chain65, Chain66, Chain87, Chain88, Lines, Finder, ByLines, Bar, Plant, LoopBias,
-    LoopNoise, LoopPrbs, LoopSteps,
+    LoopNoise, LoopPrbs, LoopSteps;
+    functions::Argument, functions::SqrtOurs, functions::SqrtLibm, functions::SqrtMicromath,
+    functions::LnOurs, functions::LnLibm, functions::LnMicromath, functions::ExpOurs,
+    functions::ExpLibm, functions::ExpMicromath, functions::Atan2Ours, functions::Atan2Libm,
+    functions::Atan2Micromath, functions::SinCosOurs, functions::SinCosLibm,
+    functions::SinCosMicromath, functions::ModeOurs, functions::ModeLibm, functions::ModeMicromath,
 ];
 
 /// Counting starts when this executes.
