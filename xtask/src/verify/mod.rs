@@ -9,6 +9,7 @@ mod cargo_deny;
 pub mod commands;
 pub mod dependencies;
 mod fuzz;
+mod manifests;
 mod packed;
 pub(crate) mod plant;
 pub(crate) mod plant_gateway;
