@@ -204,7 +204,7 @@ fn rooms_without_std(bench: &mut Bench<'_>) -> Result<Outcome> {
         cargo.args(["--package", name]);
     }
     // What images of this workspace do not ask for, but others may.
-    bench.pass_if(cargo.args(["--features", "rarma-core/defmt"]))
+    bench.pass_if(cargo.args(["--features", "rarma-box/defmt"]))
 }
 
 fn firmware_image(bench: &mut Bench<'_>) -> Result<Outcome> {
