@@ -25,7 +25,7 @@ const EMPTY_KERNEL: &str = "nop";
 pub struct Request {
     /// Only these kernels; all when empty.
     pub kernels: Vec<String>,
-    /// Functions, ours beside those of libraries, in the place of kernels.
+    /// Single functions, ours beside those of libraries, in the place of kernels.
     pub functions: bool,
     /// Only name the kernels.
     pub list: bool,
@@ -75,9 +75,9 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
     let toolchain = Toolchain::find_or_make(workspace, Core::M4.target())?;
     eprintln!("count: {}", toolchain.description());
     qemu::ensure_installed()?;
-    let image = CountImage::build(workspace, &toolchain, Core::M4)?;
+    let image = CountImage::build(workspace, &toolchain, Core::M4, request.functions)?;
     if request.list {
-        for kernel in image.kernels(request.functions)? {
+        for kernel in image.kernels()? {
             println!("{kernel}");
         }
         return Ok(0);
@@ -102,7 +102,7 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
 /// # Errors
 /// When something cannot be built or run, or a kernel is unknown.
 pub fn measure_all(workspace: &Workspace, toolchain: &Toolchain) -> Result<Table> {
-    let image = CountImage::build(workspace, toolchain, Core::M4)?;
+    let image = CountImage::build(workspace, toolchain, Core::M4, false)?;
     measure(workspace, &image, &Request::default(), toolchain)
 }
 
@@ -136,7 +136,7 @@ fn measure(
     toolchain: &Toolchain,
 ) -> Result<Table> {
     let plugin = plugin::build(workspace)?;
-    let known = image.kernels(request.functions)?;
+    let known = image.kernels()?;
     let only = &request.kernels;
     let on_m33 = Toolchain::find_or_make(workspace, Core::M33.target())?;
     let same = (toolchain.compiler_version()?, on_m33.compiler_version()?);
@@ -146,7 +146,7 @@ fn measure(
             same.0, same.1
         )));
     }
-    let m33_image = CountImage::build(workspace, &on_m33, Core::M33)?;
+    let m33_image = CountImage::build(workspace, &on_m33, Core::M33, request.functions)?;
     if let Some(unknown) = only.iter().find(|name| !known.contains(name)) {
         return Err(
             Failure::usage(format!("no kernel `{unknown}` in the image"))

@@ -1,7 +1,7 @@
 //! Kernels to count: `cargo xtask count` runs each over the same signal and counts the
 //! instructions between `roi_begin` and `roi_end`.
 //!
-//! The semihosting command line is `--list` (answer: `kernel NAME` and `function NAME` lines) or a kernel's
+//! The semihosting command line is `--list` (answer: `kernel NAME` lines) or a kernel's
 //! name (answer: `samples N state_bytes X stack_bytes Y`). Every kernel is warmed up first,
 //! so that what is counted is the steady state. To add a kernel, implement
 //! `Kernel` and name it in `kernels!`.
