@@ -1,7 +1,8 @@
 //! The sensor box: an application that is generic over a board.
 //!
 //! `board` names the verbs, `app` and the duties use them, `boards` supplies them
-//! for one board each and is the only place with registers and unsafe code.
+//! for one board each and is the only place with registers and unsafe code. `parts`
+//! makes verbs of embedded-hal's traits.
 #![cfg_attr(not(test), no_std)]
 #![deny(unsafe_code)]
 
@@ -20,6 +21,7 @@ pub mod listen;
 pub mod microphones;
 pub mod monitor;
 pub mod notices;
+pub mod parts;
 pub mod rig;
 pub mod sensor_box;
 pub mod stand;

@@ -4,6 +4,7 @@
 pub mod board;
 pub mod exciter;
 pub mod microphone;
+pub mod parts;
 pub mod plant;
 pub mod population;
 pub mod rig;

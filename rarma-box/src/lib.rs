@@ -6,6 +6,8 @@
 //! * [`wire`], telemetry and commands, and how they become bytes;
 //! * [`settings`], what can be set, from one table;
 //! * [`guard`], modes, faults, deadlines, and when outputs are permitted.
+//!
+//! With the feature `defmt` a firmware can log faults, modes, stages and why it is not armed.
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 

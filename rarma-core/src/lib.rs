@@ -61,7 +61,8 @@
 //! | `advice`, `act` | which speed to turn instead, and when a controller may be told |
 //!
 //! Features: `monitor` (default) is everything but `estimate`, `spectrum` and [`real`]; `serde` lets
-//! reports and settings be written. Fits of a whole recording are in `rarma-fit`.
+//! reports and settings be written; `defmt` (1.0) lets a firmware log what comes back: [`estimate::Status`],
+//! [`spectrum::Modal`], `Report` with its states, modes and alarm events, faults, and every error. Fits of a whole recording are in `rarma-fit`.
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
@@ -91,3 +92,25 @@ pub use monitor::Monitor;
 pub use order::Order;
 pub use real::Real;
 pub use ud::UdFactors;
+
+/// What a firmware can log, checked where it is built.
+#[cfg(feature = "defmt")]
+const _: () = {
+    const fn logged<T: defmt::Format>() {}
+    logged::<estimate::Status>();
+    logged::<estimate::ConfigError>();
+    logged::<spectrum::Modal<f32>>();
+    logged::<spectrum::ModalDeviation<f32>>();
+    logged::<spectrum::Roots<f32>>();
+    #[cfg(feature = "monitor")]
+    {
+        logged::<monitor::Report<f32>>();
+        logged::<monitor::MonitorError>();
+        logged::<monitor::PairError>();
+        logged::<decide::ChannelFault>();
+        logged::<condition::Fault>();
+        logged::<condition::HealthCounts>();
+        logged::<advice::AdviceError>();
+        logged::<act::ActError>();
+    }
+};

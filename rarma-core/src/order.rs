@@ -3,6 +3,7 @@
 /// ARMA order (p, q): p/2 modes, with q = p − 1 for vibration sampled without
 /// noise and q = p where the sensor adds white noise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Order {
     /// (2,1)

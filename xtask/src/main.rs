@@ -23,6 +23,7 @@ The workspace's own commands.
       --pictures                and the gallery in it
       --serve [PORT]            and hold it on this machine's own address
   cargo xtask count [KERNEL...] instructions and estimated cycles per sample
+      --functions               of functions: ours, libm's, micromath's
       --list                    name the kernels
       --markdown FILE           write the table between the markers in FILE
       --check FILE              fail if a count is 2 % off the table in FILE

@@ -14,7 +14,7 @@ mod link;
 mod plant;
 mod run;
 
-pub use board::{RigSetUp, SimRig};
+pub use board::{RigSetUp, SimRig, Unreadable};
 pub use bridge::SimBridge;
 pub use fault::{FaultEvent, FaultKind};
 pub use flash::{FlashError, SECTOR, SECTORS, SimFlash, WORD, WORD_BITS};

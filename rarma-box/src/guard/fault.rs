@@ -13,6 +13,7 @@ macro_rules! faults {
         /// What has gone wrong. The numbers are part of the wire and of the record kept
         /// across a reset: they are never used again for something else.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
         #[repr(u8)]
         pub enum FaultCode {
             $($(#[doc = $doc])+ $name = $number,)*
@@ -209,6 +210,7 @@ faults! {
 
 /// What a fault does in a mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Severity {
     /// The part is not in use in this mode: nothing is said.
     Unused,
@@ -235,6 +237,7 @@ impl FaultCode {
 
 /// A fault, where and when.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FaultRecord {
     /// What.
     pub code: FaultCode,

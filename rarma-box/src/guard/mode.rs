@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// What the box is doing. Only one of them owns the outputs.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Mode {
     /// Nothing but the link, the settings and the watch over the inputs.
     #[default]
@@ -38,6 +39,7 @@ impl Mode {
 
 /// How far an output has come. Outputs can only be on from `Ramping` to `Stopping`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Stage {
     /// Everything off.
     #[default]

@@ -22,6 +22,7 @@ pub const PRECHARGE_US: u64 = 2_000_000;
 
 /// Why a command is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Denial {
     /// Not in this mode.
     Mode,

@@ -70,6 +70,7 @@ impl ActConfig {
 
 /// Why nothing can be ordered with these settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ActError {
     /// The limits must lie in 0.1..=2 and hold 1 between them.
     Limits,

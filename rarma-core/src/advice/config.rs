@@ -75,6 +75,7 @@ impl<T: Real> AdviceConfig<T> {
 
 /// Why there is no advice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum AdviceError {
     /// The reach must rise from above 0, by at most [`MOST_REACH`] times, and the power leave
     /// some of it.

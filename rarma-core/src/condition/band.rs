@@ -18,6 +18,7 @@ use core::slice::IterMut;
 
 /// Band edges, Hz.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Band {
     /// Lower edge (−3 dB of a second-order high-pass), Hz.
@@ -28,6 +29,7 @@ pub struct Band {
 
 /// Why a band does not fit a rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BandError {
     /// Edges must be finite, positive and in order, at least a factor of 1.2 apart.
     Edges,

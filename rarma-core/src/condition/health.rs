@@ -8,6 +8,7 @@ use crate::visit::state;
 
 /// What is wrong with the signal, if anything; the gravest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Fault {
     /// A sample was NaN, infinite or beyond [`LARGEST`] within the last [`HOLD_S`].
@@ -37,6 +38,7 @@ pub const CLIP_MEMORY_S: f64 = 0.05;
 
 /// Counts since the start, for the report.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct HealthCounts {
     /// NaN, infinite or impossibly large samples.

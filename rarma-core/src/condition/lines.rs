@@ -56,6 +56,7 @@ pub struct KnownLines<T, const H: usize, const M: usize> {
 
 /// What is wrong with the lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LinesError {
     /// More frequencies than `H`.
     TooMany,

@@ -17,6 +17,7 @@ use crate::visit::state;
 
 /// What the monitor believes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum State {
     /// Not enough signal yet.
@@ -35,6 +36,7 @@ pub enum State {
 
 /// Why the monitor believes it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Reason {
     /// Nothing to remark.
@@ -121,6 +123,7 @@ impl<T: Real> Standing<T> {
 
 /// What happened to the alarm in one decision.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum AlarmEvent<T> {
     /// Nothing.
     None,

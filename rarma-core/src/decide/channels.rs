@@ -13,6 +13,7 @@ use crate::real::Real;
 
 /// What is wrong with a channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ChannelFault {
     /// Its samples cannot be trusted.
@@ -26,6 +27,7 @@ pub enum ChannelFault {
 
 /// A channel that is left out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Dropped {
     /// Which, 0 or 1.

@@ -21,6 +21,7 @@ const DOUBTED_Z: f64 = -1.64;
 const NOT_STATIONARY_Z: f64 = 3.0;
 /// What the distribution of V says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Amplitude {
     /// Too few independent values.
@@ -39,6 +40,7 @@ pub enum Amplitude {
 
 /// S and what it means.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct AmplitudeReading<T> {
     /// S = Var V/E²V: 1 for noise on a linear mode, 0 for a steady tone; 1 while
     /// nothing is known.

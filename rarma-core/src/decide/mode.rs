@@ -10,6 +10,7 @@ use crate::visit::state;
 
 /// Where a mode's vibration comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Label {
     /// Undamped, and nothing else explains it.
@@ -23,6 +24,7 @@ pub enum Label {
 
 /// One mode at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Mode<T> {
     /// Undamped natural frequency, Hz.
     pub frequency: T,

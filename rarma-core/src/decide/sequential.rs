@@ -39,6 +39,7 @@ state! { SequentialTest<T> {
 
 /// What the test of one mode says at a decision, in nats.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Evidence<T> {
     /// Undamped, rather than damped by [`DAMPED_RATIO`] thresholds.
     pub lost: T,

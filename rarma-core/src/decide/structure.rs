@@ -33,6 +33,7 @@ pub struct StructuralMode<T> {
 
 /// Why a structure cannot be made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StructureError {
     /// No mode at all.
     Empty,

@@ -45,6 +45,7 @@ impl<T: Real> Gain<T> {
 
 /// A setting out of range, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ConfigError {
     /// `forgetting` must lie in 0.9..=1.
     Forgetting,

@@ -2,6 +2,7 @@
 
 /// What the estimator is doing, returned with every update.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Status {
     /// Start-up: samples are collected and worked through; the model is not to be
     /// used yet.
@@ -16,6 +17,7 @@ pub enum Status {
 
 /// What is being held back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Limit {
     /// The step would have made C(q) unstable; the noise part was shortened or kept.
     NoiseModel,

@@ -20,6 +20,7 @@ const PATIENCE_S: f64 = 0.3;
 
 /// What the amplitude of the followed mode says.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct AmplitudeReport<T> {
     /// Frequency of the mode, Hz.
     pub frequency: T,

@@ -52,6 +52,7 @@ pub const DECISION_PERIOD_S: f64 = 0.002;
 
 /// Why a monitor cannot be made.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum MonitorError {
     /// The band does not fit the rate.
     Band(BandError),

@@ -10,6 +10,7 @@ pub const MAX_MODES: usize = 4;
 
 /// The verdict of one decision.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Report<T> {
     /// Input samples taken so far; divided by the rate, the time.
     pub sample: u64,

@@ -6,6 +6,7 @@ use crate::ud::UdFactors;
 
 /// Natural frequency and damping ratio of a conjugate pole pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Modal<T> {
     /// Undamped natural frequency, Hz.
     pub frequency: T,
@@ -62,6 +63,7 @@ pub fn modal<T: Real>(factor: &Quadratic<T>, fs: T) -> Option<Modal<T>> {
 
 /// Standard deviations of a mode's frequency (Hz) and damping ratio.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ModalDeviation<T> {
     /// Of the natural frequency, Hz.
     pub frequency: T,

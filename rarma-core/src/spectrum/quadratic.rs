@@ -4,6 +4,7 @@ use crate::real::Real;
 
 /// z² − u·z + v: sum u and product v of two roots.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Quadratic<T> {
     /// Sum of the two roots.
     pub u: T,
@@ -13,6 +14,7 @@ pub struct Quadratic<T> {
 
 /// The two roots of a factor.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Roots<T> {
     /// re ± j·im, im > 0.
     Pair {

@@ -146,6 +146,7 @@ numbers! {
 
 /// Why a verdict cannot be made.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum VerdictError {
     /// No number of this name.
     Name,

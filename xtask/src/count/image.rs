@@ -15,6 +15,9 @@ use crate::{EMULATED_BOARD, EMULATED_M33, Failure, Result, Workspace, process, q
 /// The image's binary in the firmware package.
 const BINARY: &str = "count";
 
+/// Its feature that puts single functions in the place of the kernels.
+const FUNCTIONS: &str = "count-functions";
+
 /// Functions that the image calls right before and after a kernel's loop.
 const MARKS: [&str; 2] = ["roi_begin", "roi_end"];
 
@@ -81,13 +84,22 @@ impl Core {
 }
 
 impl CountImage {
-    /// Builds the image for the emulated board with this core.
+    /// Builds the image for the emulated board with this core, with its kernels or with single functions.
     ///
     /// # Errors
     /// When it does not build or lacks the marks.
-    pub fn build(workspace: &Workspace, toolchain: &Toolchain, core: Core) -> Result<Self> {
+    pub fn build(
+        workspace: &Workspace,
+        toolchain: &Toolchain,
+        core: Core,
+        functions: bool,
+    ) -> Result<Self> {
         let mut request = Request::build(core.board())?;
         request.cargo_arguments = vec!["--bin".to_owned(), BINARY.to_owned()];
+        if functions {
+            let feature = ["--features".to_owned(), FUNCTIONS.to_owned()];
+            request.cargo_arguments.extend(feature);
+        }
         process::run(&mut fw::command(workspace, toolchain, &request))?;
         let elf = fw::elf_path(workspace, request.board, BINARY);
         let image = ArmImage::read(&elf)?;

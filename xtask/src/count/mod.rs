@@ -25,6 +25,8 @@ const EMPTY_KERNEL: &str = "nop";
 pub struct Request {
     /// Only these kernels; all when empty.
     pub kernels: Vec<String>,
+    /// Single functions, ours beside those of libraries, in the place of kernels.
+    pub functions: bool,
     /// Only name the kernels.
     pub list: bool,
     /// Write the table into this file.
@@ -50,11 +52,12 @@ impl Request {
             };
             match word.as_str() {
                 "--list" => request.list = true,
+                "--functions" => request.functions = true,
                 "--markdown" => request.markdown = Some(file()?),
                 "--check" => request.check = Some(file()?),
                 option if option.starts_with('-') => {
                     return Err(Failure::usage(format!("`count` knows no `{option}`"))
-                        .advise("cargo xtask count [--list] [--markdown FILE] [--check FILE] [KERNEL...]"));
+                        .advise("cargo xtask count [--functions] [--list] [--markdown FILE] [--check FILE] [KERNEL...]"));
                 }
                 kernel => request.kernels.push(kernel.to_owned()),
             }
@@ -72,14 +75,14 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
     let toolchain = Toolchain::find_or_make(workspace, Core::M4.target())?;
     eprintln!("count: {}", toolchain.description());
     qemu::ensure_installed()?;
-    let image = CountImage::build(workspace, &toolchain, Core::M4)?;
+    let image = CountImage::build(workspace, &toolchain, Core::M4, request.functions)?;
     if request.list {
         for kernel in image.kernels()? {
             println!("{kernel}");
         }
         return Ok(0);
     }
-    let table = measure(workspace, &image, &request.kernels, &toolchain)?;
+    let table = measure(workspace, &image, &request, &toolchain)?;
     println!("{}", table.markdown());
     if let Some(path) = &request.markdown {
         let text = page::read(path)?;
@@ -99,8 +102,8 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
 /// # Errors
 /// When something cannot be built or run, or a kernel is unknown.
 pub fn measure_all(workspace: &Workspace, toolchain: &Toolchain) -> Result<Table> {
-    let image = CountImage::build(workspace, toolchain, Core::M4)?;
-    measure(workspace, &image, &[], toolchain)
+    let image = CountImage::build(workspace, toolchain, Core::M4, false)?;
+    measure(workspace, &image, &Request::default(), toolchain)
 }
 
 /// Fails unless the counts are within the tolerance of the table in the file.
@@ -129,11 +132,12 @@ pub fn check(table: &Table, path: &std::path::Path) -> Result<()> {
 fn measure(
     workspace: &Workspace,
     image: &CountImage,
-    only: &[String],
+    request: &Request,
     toolchain: &Toolchain,
 ) -> Result<Table> {
     let plugin = plugin::build(workspace)?;
     let known = image.kernels()?;
+    let only = &request.kernels;
     let on_m33 = Toolchain::find_or_make(workspace, Core::M33.target())?;
     let same = (toolchain.compiler_version()?, on_m33.compiler_version()?);
     if same.0 != same.1 {
@@ -142,7 +146,7 @@ fn measure(
             same.0, same.1
         )));
     }
-    let m33_image = CountImage::build(workspace, &on_m33, Core::M33)?;
+    let m33_image = CountImage::build(workspace, &on_m33, Core::M33, request.functions)?;
     if let Some(unknown) = only.iter().find(|name| !known.contains(name)) {
         return Err(
             Failure::usage(format!("no kernel `{unknown}` in the image"))
@@ -200,7 +204,9 @@ mod tests {
 
     #[test]
     fn reads_files_and_kernels() {
-        let request = parse("--check README.md roots --markdown a.md gain").expect("valid");
+        let request =
+            parse("--check README.md roots --markdown a.md gain --functions").expect("valid");
+        assert!(request.functions);
         assert_eq!(request.check, Some("README.md".into()));
         assert_eq!(request.markdown, Some("a.md".into()));
         assert_eq!(request.kernels, ["roots", "gain"]);

@@ -1,4 +1,4 @@
-//! Licences and sources of every dependency, against `deny.toml`.
+//! Licences and sources of every dependency, against `deny.toml`, and the Rust that it needs.
 //!
 //! `cargo deny` checks more from the same file and is called as well where it is
 //! installed; this check needs nothing but cargo and always runs.
@@ -127,6 +127,19 @@ struct Package {
     licence: Option<String>,
     /// Where it comes from; none for a package of this repository.
     source: Option<String>,
+    /// The Rust that it needs.
+    rust: Option<String>,
+}
+
+/// The Rust that this workspace promises to do with.
+const RUST: &str = env!("CARGO_PKG_RUST_VERSION");
+
+/// A version of Rust as (major, minor, patch).
+fn version(text: &str) -> Option<[u32; 3]> {
+    let mut numbers = text.split('.').map(|n| n.parse().ok());
+    let major = numbers.next()??;
+    let mut or_none = || numbers.next().unwrap_or(Some(0));
+    Some([major, or_none()?, or_none()?])
 }
 
 impl Package {
@@ -141,6 +154,11 @@ impl Package {
             return Some(format!(
                 "{name}: comes from {source}, not from the registry"
             ));
+        }
+        if let Some(rust) = &self.rust
+            && version(rust) > version(RUST)
+        {
+            return Some(format!("{name}: needs Rust {rust}, {RUST} is promised"));
         }
         let Some(licence) = &self.licence else {
             return Some(format!("{name}: states no licence"));
@@ -172,6 +190,7 @@ fn packages(metadata: &str) -> Option<Vec<Package>> {
                 version: text(package, "version")?,
                 licence: text(package, "license"),
                 source: text(package, "source"),
+                rust: text(package, "rust_version"),
             })
         })
         .collect()
@@ -202,8 +221,30 @@ mod tests {
             version: "1.0.0".into(),
             licence: licence.map(str::to_owned),
             source: source.map(str::to_owned),
+            rust: None,
         };
         package.objection(&licences())
+    }
+
+    #[test]
+    fn a_later_rust_than_promised_is_refused() {
+        let with = |rust: Option<&str>| {
+            let package = Package {
+                name: "some".into(),
+                version: "1.0.0".into(),
+                licence: Some("MIT".into()),
+                source: None,
+                rust: rust.map(str::to_owned),
+            };
+            package.objection(&licences())
+        };
+        let [major, minor, _] = version(RUST).expect("a version");
+        let later = format!("{major}.{}", minor + 1);
+        for fine in [None, Some(RUST), Some("1.9"), Some("1.9.99")] {
+            assert_eq!(with(fine), None, "{fine:?}");
+        }
+        assert!(with(Some(&later)).is_some_and(|why| why.contains(&later)));
+        assert!(with(Some(&format!("{RUST}.1"))).is_some());
     }
 
     #[test]
@@ -228,6 +269,7 @@ mod tests {
             version: "1.2.3".into(),
             licence: Some("MIT".into()),
             source: None,
+            rust: None,
         };
         assert_eq!(packages(json), Some(vec![expected]));
         assert_eq!(packages("{}"), None);

@@ -9,6 +9,7 @@ mod cargo_deny;
 pub mod commands;
 pub mod dependencies;
 mod fuzz;
+mod manifests;
 mod packed;
 mod plant;
 mod plant_gateway;

@@ -1,9 +1,10 @@
-//! The crates as a registry would hold them: packed, built from what was packed, and one of them
+//! The crates as a registry would hold them: described, packed, built from what was packed, and one of them
 //! used by a program that knows nothing of this workspace.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::manifests;
 use super::stages::Bench;
 use super::summary::Outcome;
 use crate::arm_image::ArmImage;
@@ -19,6 +20,14 @@ const MOST_LINES: usize = 20;
 
 /// The check.
 pub(super) fn check(bench: &mut Bench<'_>) -> Result<Outcome> {
+    let metadata =
+        process::output(&mut bench.cargo(&["metadata", "--no-deps", "--format-version", "1"]))?;
+    let objections = manifests::objections(&metadata, &CRATES)
+        .ok_or_else(|| Failure::new("cannot read `cargo metadata`"))?;
+    if !objections.is_empty() {
+        let why = format!("\n  {}", objections.join("\n  "));
+        return Err(Failure::new("manifests are not fit to be published").because(why));
+    }
     // What is not committed yet is packed as well.
     let mut package = bench.cargo(&["package", "--allow-dirty", "--quiet"]);
     for name in CRATES {

@@ -1,6 +1,7 @@
 //! The first UART of the emulated board (CMSDK APB UART), polled.
 
-use heapless::Deque;
+use core::convert::Infallible;
+use embedded_io::{ErrorType, Read, ReadReady, Write, WriteReady};
 
 const DATA: *mut u32 = 0x4000_4000 as *mut u32;
 const STATE: *mut u32 = 0x4000_4004 as *mut u32;
@@ -13,14 +14,9 @@ const ENABLE_BOTH: u32 = 3;
 /// The least divider there is; the emulator sends at the pace of its other end.
 const LEAST_DIVIDER: u32 = 16;
 
-/// Bytes of frames that wait to be sent.
-const WAITING: usize = 8192;
-
-/// The UART with what waits to be sent.
-#[derive(Debug, Default)]
-pub(super) struct Uart {
-    waiting: Deque<u8, WAITING>,
-}
+/// The UART: a byte each way.
+#[derive(Debug)]
+pub(super) struct Uart(());
 
 impl Uart {
     /// Switches it on.
@@ -30,44 +26,62 @@ impl Uart {
             DIVIDER.write_volatile(LEAST_DIVIDER);
             CONTROL.write_volatile(ENABLE_BOTH);
         }
-        Self::default()
+        Self(())
     }
 
-    /// Takes a frame whole, or not at all.
-    pub(super) fn send(&mut self, frame: &[u8]) -> bool {
-        if self.waiting.capacity() - self.waiting.len() < frame.len() {
-            return false;
-        }
-        for byte in frame {
-            let _ = self.waiting.push_back(*byte);
-        }
-        self.drain();
-        true
+    fn state(&self) -> u32 {
+        // SAFETY: reading the state has no side effect.
+        unsafe { STATE.read_volatile() }
     }
+}
 
-    /// Gives the UART what it takes.
-    pub(super) fn drain(&mut self) {
-        // SAFETY: reading the state has no side effect; a write to the data register sends
-        // a byte.
-        while unsafe { STATE.read_volatile() } & SEND_FULL == 0 {
-            let Some(byte) = self.waiting.pop_front() else {
-                return;
-            };
-            unsafe { DATA.write_volatile(u32::from(byte)) };
-        }
+impl ErrorType for Uart {
+    type Error = Infallible;
+}
+
+impl ReadReady for Uart {
+    fn read_ready(&mut self) -> Result<bool, Infallible> {
+        Ok(self.state() & RECEIVED != 0)
     }
+}
 
-    /// Takes the bytes that have come.
-    pub(super) fn receive(&mut self, bytes: &mut [u8]) -> usize {
+impl Read for Uart {
+    fn read(&mut self, bytes: &mut [u8]) -> Result<usize, Infallible> {
         let mut taken = 0;
         for place in bytes {
-            // SAFETY: the data register is read only where a byte has come.
-            if unsafe { STATE.read_volatile() } & RECEIVED == 0 {
-                break;
+            // The first one is waited for.
+            while self.state() & RECEIVED == 0 {
+                if taken > 0 {
+                    return Ok(taken);
+                }
             }
+            // SAFETY: the data register is read only where a byte has come.
             *place = unsafe { DATA.read_volatile() } as u8;
             taken += 1;
         }
-        taken
+        Ok(taken)
+    }
+}
+
+impl WriteReady for Uart {
+    fn write_ready(&mut self) -> Result<bool, Infallible> {
+        Ok(self.state() & SEND_FULL == 0)
+    }
+}
+
+impl Write for Uart {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+        let Some(byte) = bytes.first() else {
+            return Ok(0);
+        };
+        while self.state() & SEND_FULL != 0 {}
+        // SAFETY: a write to the data register sends a byte.
+        unsafe { DATA.write_volatile(u32::from(*byte)) };
+        Ok(1)
+    }
+
+    /// What was written is on its way.
+    fn flush(&mut self) -> Result<(), Infallible> {
+        Ok(())
     }
 }

@@ -5,29 +5,22 @@ use super::TimerClock;
 use super::memory::{MemoryFlash, SECTOR, SECTORS};
 use super::resonance::{RATE_HZ, Resonance};
 use super::uart::Uart;
-use crate::board::{Block, BoardError, BoardErrorKind, Clock, Listener, ResetCause};
+use crate::board::{Block, Clock, Listener, ResetCause};
+use crate::parts::{PartFailed, PortLink};
 use core::ops::Range;
 use cortex_m_semihosting::{nr, syscall1};
 use rarma_box::guard::KEPT_BYTES;
 
 /// Samples that may lie untaken before they count as lost.
 const RING: u64 = 2048;
-
-/// The link has no room.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Full;
-
-impl BoardError for Full {
-    fn kind(&self) -> BoardErrorKind {
-        BoardErrorKind::Busy
-    }
-}
+/// Bytes of frames that wait to be sent.
+const WAITING: usize = 8192;
 
 /// The board.
 #[derive(Debug)]
 pub struct Mps2Box {
     clock: TimerClock,
-    uart: Uart,
+    link: PortLink<Uart, WAITING>,
     sound: Resonance,
     flash: MemoryFlash,
     kept: [u8; KEPT_BYTES],
@@ -40,7 +33,7 @@ impl Mps2Box {
     pub fn set_up() -> Self {
         Self {
             clock: TimerClock::start(),
-            uart: Uart::start(),
+            link: PortLink::new(Uart::start()),
             sound: Resonance::new(),
             flash: MemoryFlash::default(),
             kept: [0; KEPT_BYTES],
@@ -50,7 +43,7 @@ impl Mps2Box {
 }
 
 impl Listener for Mps2Box {
-    type Error = Full;
+    type Error = PartFailed;
     type Flash = MemoryFlash;
 
     const NAME: &'static str = "mps2-an386";
@@ -61,10 +54,11 @@ impl Listener for Mps2Box {
     }
 
     fn wait(&mut self) {
-        self.uart.drain();
+        // A UART does not fail.
+        let _ = self.link.pump();
     }
 
-    fn samples(&mut self, block: &mut [f32]) -> Result<Block, Full> {
+    fn samples(&mut self, block: &mut [f32]) -> Result<Block, PartFailed> {
         let due = self.now_us() * RATE_HZ as u64 / 1_000_000;
         let missing = (due - self.taken).saturating_sub(RING);
         self.taken += missing;
@@ -79,16 +73,12 @@ impl Listener for Mps2Box {
         })
     }
 
-    fn receive(&mut self, bytes: &mut [u8]) -> Result<usize, Full> {
-        Ok(self.uart.receive(bytes))
+    fn receive(&mut self, bytes: &mut [u8]) -> Result<usize, PartFailed> {
+        self.link.receive(bytes)
     }
 
-    fn send(&mut self, frame: &[u8]) -> Result<(), Full> {
-        if self.uart.send(frame) {
-            Ok(())
-        } else {
-            Err(Full)
-        }
+    fn send(&mut self, frame: &[u8]) -> Result<(), PartFailed> {
+        self.link.send(frame)
     }
 
     fn flash(&mut self) -> (&mut MemoryFlash, Range<u32>) {

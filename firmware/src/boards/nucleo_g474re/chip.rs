@@ -24,6 +24,7 @@ use embassy_stm32::{Peri, bind_interrupts, peripherals};
 
 use crate::board::{ResetCause, WATCHDOG_US};
 use crate::current_loop::MainSide;
+use crate::parts::LightPins;
 use rarma_box::guard::KEPT_BYTES;
 
 macro_rules! pin_set {
@@ -72,7 +73,7 @@ pub struct Nucleo {
     pub(super) flash: SettingsFlash,
     pub(super) watchdog: IndependentWatchdog<'static, peripherals::IWDG>,
     pub(super) enable: Input<'static>,
-    pub(super) leds: [Output<'static>; 3],
+    pub(super) leds: LightPins<Output<'static>, Output<'static>, Output<'static>>,
     pub(super) reset_cause: ResetCause,
     pub(super) kept: [u8; KEPT_BYTES],
 }
@@ -208,11 +209,11 @@ impl Nucleo {
             flash: SettingsFlash(Flash::new_blocking(chip.FLASH)),
             watchdog,
             enable: Input::new(pins.enable, Pull::Down),
-            leds: [
+            leds: LightPins::new(
                 Output::new(pins.led_alive, Level::Low, Speed::Low),
                 Output::new(pins.led_energised, Level::Low, Speed::Low),
                 Output::new(pins.led_warning, Level::Low, Speed::Low),
-            ],
+            ),
             reset_cause,
             kept,
         }

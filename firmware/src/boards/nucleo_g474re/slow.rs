@@ -224,10 +224,7 @@ impl BoxBoard for Nucleo {
     }
 
     fn lights(&mut self, lights: Lights) {
-        let [alive, energised, warning] = &mut self.leds;
-        alive.set_level(lights.alive.into());
-        energised.set_level(lights.energised.into());
-        warning.set_level(lights.warning.into());
+        self.leds.show(lights);
     }
 }
 

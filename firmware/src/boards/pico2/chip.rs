@@ -6,6 +6,7 @@ use super::settings_flash::{self, SettingsFlash};
 use crate::board::{
     Block, BoardError, BoardErrorKind, Emergency, Lights, Listener, ResetCause, WATCHDOG_US,
 };
+use crate::parts::OneLight;
 use core::ops::Range;
 use core::pin::Pin;
 use cortex_m::peripheral::SYST;
@@ -131,7 +132,7 @@ pub struct Pico2<'a> {
     usb: Option<Pin<&'a mut dyn Future<Output = ()>>>,
     flash: SettingsFlash,
     random: Trng<'static, TRNG>,
-    light: Output<'static>,
+    light: OneLight<Output<'static>>,
     cause: ResetCause,
 }
 
@@ -156,7 +157,7 @@ impl<'a> Pico2<'a> {
             usb: None,
             flash: SettingsFlash(Flash::new_blocking(parts.FLASH)),
             random: Trng::new(parts.TRNG, Irqs, trng::Config::default()),
-            light: Output::new(parts.PIN_25, Level::Low),
+            light: OneLight(Output::new(parts.PIN_25, Level::Low)),
             cause,
         };
         (this, Driver::new(parts.USB, Irqs))
@@ -242,9 +243,7 @@ impl Listener for Pico2<'_> {
         feed_watchdog(WATCHDOG_US);
     }
 
-    /// One light: it blinks while the program runs, and stands while there is a warning.
     fn lights(&mut self, lights: Lights) {
-        self.light
-            .set_level((lights.alive || lights.warning).into());
+        self.light.show(lights);
     }
 }

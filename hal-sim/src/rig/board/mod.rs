@@ -8,9 +8,11 @@ use super::fault::{FaultEvent, FaultKind};
 use super::flash::SimFlash;
 use super::link::RigLink;
 use super::plant::{Plant, RigConfig};
+use crate::parts::{SimInput, SimPwm, SimRelay, Wire};
 use crate::plant::cers::ExciterConfig;
 use firmware::board::{Contacts, Emergency, Lights, ResetCause};
 use firmware::current_loop::MainSide;
+use firmware::parts::{ContactPins, Gate, PartFailed, PwmValve};
 use firmware::{BoardError, BoardErrorKind, CurrentLoop};
 use rarma_box::guard::KEPT_BYTES;
 use std::collections::VecDeque;
@@ -30,6 +32,51 @@ pub struct RigError(pub BoardErrorKind);
 impl BoardError for RigError {
     fn kind(&self) -> BoardErrorKind {
         self.0
+    }
+}
+
+impl From<PartFailed> for RigError {
+    fn from(part: PartFailed) -> Self {
+        Self(part.kind())
+    }
+}
+
+/// Which pins of the rig cannot be read.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Unreadable {
+    /// The enable input's.
+    pub enable: bool,
+    /// The emergency-stop chain's.
+    pub stop_chain: bool,
+    /// The gate's read-back.
+    pub gate: bool,
+}
+
+/// What is at the board's pins, and the verbs made of these.
+#[derive(Debug)]
+struct Pins {
+    enable: Wire,
+    stop_chain: Wire,
+    relay: SimRelay,
+    pwm: SimPwm,
+    contacts: ContactPins<SimInput, SimInput>,
+    gate: Gate<SimRelay, SimInput>,
+    valve: PwmValve<SimPwm>,
+}
+
+impl Pins {
+    fn new() -> Self {
+        let (enable, stop_chain) = (Wire::default(), Wire::default());
+        let (relay, pwm) = (SimRelay::default(), SimPwm::default());
+        Self {
+            contacts: ContactPins::new(enable.input(), stop_chain.input()),
+            gate: Gate::new(relay.clone(), relay.contact.input()),
+            valve: PwmValve::new(pwm.clone()),
+            enable,
+            stop_chain,
+            relay,
+            pwm,
+        }
     }
 }
 
@@ -113,8 +160,9 @@ pub struct SimRig {
     done: Vec<bool>,
     spindle_hz: f64,
     next_pulse_s: f64,
-    gate: bool,
-    valve: u16,
+    pins: Pins,
+    /// Pins that fail.
+    pub unreadable: Unreadable,
     gap_held: [u16; 2],
     /// Both contacts, as somebody holds them.
     pub contacts: Contacts,
@@ -141,7 +189,7 @@ impl fmt::Debug for SimRig {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("SimRig")
             .field("now_us", &self.now_us)
-            .field("gate", &self.gate)
+            .field("gate", &self.gate_closed())
             .field("plant", &self.plant)
             .finish_non_exhaustive()
     }
@@ -183,8 +231,8 @@ impl SimRig {
             faults: set_up.faults,
             spindle_hz: set_up.spindle_hz,
             next_pulse_s: 0.0,
-            gate: false,
-            valve: 0,
+            pins: Pins::new(),
+            unreadable: Unreadable::default(),
             gap_held: [0; 2],
             contacts: Contacts {
                 enable: true,
@@ -235,10 +283,13 @@ impl SimRig {
         Some(event)
     }
 
+    fn gate_closed(&self) -> bool {
+        self.pins.relay.is_closed()
+    }
+
     /// Any switch closed, or the valve driven: energy can get out.
     pub fn outputs_on(&self) -> bool {
-        let coils = self.bridge.now.is_some() && self.gate;
-        coils || (self.valve > 0 && self.gate)
+        (self.bridge.now.is_some() || self.pins.pwm.duty() > 0) && self.gate_closed()
     }
 
     /// When outputs were on last, µs.
@@ -282,12 +333,12 @@ impl SimRig {
 
 impl Emergency for SimRig {
     fn drop_outputs(&mut self) {
-        if self.stands(FaultKind::GateWelded).is_none() {
-            self.gate = false;
-        }
+        let welded = self.stands(FaultKind::GateWelded).is_some();
+        self.pins.relay.welded.set(welded);
+        self.pins.gate.open();
         self.bridge.next = None;
         self.bridge.now = None;
-        self.valve = 0;
+        self.pins.valve.shut();
     }
 
     fn now_us(&mut self) -> u64 {

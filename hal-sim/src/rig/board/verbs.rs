@@ -1,6 +1,7 @@
 //! The verbs of the box, over the plant; what stands between is spoilt by faults.
 
 use super::{LOOP_HZ, PERIOD_US, RigError, SAMPLE_HZ, SimRig, WAIT_PERIODS};
+use crate::parts::NoTime;
 use crate::rig::fault::FaultKind;
 use crate::rig::flash::{SECTOR, SECTORS, SimFlash};
 use crate::rig::plant::Spoilt;
@@ -148,32 +149,37 @@ impl BoxBoard for SimRig {
     }
 
     fn valve(&mut self, code: DacCode) -> Result<(), RigError> {
-        if self.stands(FaultKind::ValveRefuses).is_some() {
-            self.valve = 0;
-            return Err(RigError(BoardErrorKind::Refused));
-        }
-        self.valve = code.0;
-        Ok(())
+        let refuses = self.stands(FaultKind::ValveRefuses).is_some();
+        self.pins.pwm.refuses.set(refuses);
+        let closed = self.energised();
+        Ok(self.pins.valve.set(code, closed)?)
     }
 
     fn contacts(&mut self) -> Contacts {
-        Contacts {
-            enable: self.contacts.enable && self.stands(FaultKind::EnableLost).is_none(),
-            stop_chain: self.contacts.stop_chain && self.stands(FaultKind::EmergencyStop).is_none(),
-        }
+        let closed = |by_hand, kind| by_hand && self.stands(kind).is_none();
+        let enable = closed(self.contacts.enable, FaultKind::EnableLost);
+        let stop_chain = closed(self.contacts.stop_chain, FaultKind::EmergencyStop);
+        let pins = &mut self.pins;
+        pins.enable.hold(enable);
+        pins.enable.unreadable.set(self.unreadable.enable);
+        pins.stop_chain.hold(stop_chain);
+        pins.stop_chain.unreadable.set(self.unreadable.stop_chain);
+        pins.contacts.read()
     }
 
     fn energise(&mut self) -> Result<(), RigError> {
-        let stopped = !self.contacts().stop_chain;
-        if stopped || self.stands(FaultKind::GateRefuses).is_some() {
-            return Err(RigError(BoardErrorKind::Refused));
-        }
-        self.gate = true;
-        Ok(())
+        let contacts = self.contacts();
+        let refuses = self.stands(FaultKind::GateRefuses).is_some();
+        let pins = &mut self.pins;
+        pins.relay.refuses.set(refuses);
+        pins.relay.contact.unreadable.set(self.unreadable.gate);
+        Ok(pins.gate.close(contacts, &mut NoTime)?)
     }
 
     fn energised(&mut self) -> bool {
-        self.gate
+        let pins = &mut self.pins;
+        pins.relay.contact.unreadable.set(self.unreadable.gate);
+        pins.gate.is_closed()
     }
 
     fn feed_watchdog(&mut self) {

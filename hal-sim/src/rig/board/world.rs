@@ -101,7 +101,7 @@ impl SimRig {
             return;
         }
         self.bridge.now = self.bridge.next;
-        let driven = self.bridge.now.filter(|_| self.gate);
+        let driven = self.bridge.now.filter(|_| self.gate_closed());
         let duty = driven.map(|d| d.map(f64::from));
         let before_us = self.now_us - PERIOD_US;
         let dt_s = 1e-6 * PERIOD_US as f64;
@@ -125,7 +125,8 @@ impl SimRig {
             self.coil_loop.period(&mut self.bridge);
         }
         if self.now_us.is_multiple_of(1000) {
-            let valve = self.gate.then_some(f64::from(self.valve) / 65535.0);
+            let duty = f64::from(self.pins.pwm.duty()) / 65535.0;
+            let valve = self.gate_closed().then_some(duty);
             self.plant.slow(valve, spoilt);
         }
         if self.outputs_on() {
@@ -137,7 +138,7 @@ impl SimRig {
         if self.now_us - self.fed_us > WATCHDOG_US && self.reset.is_none() {
             // The watchdog's reset pulls every output down by itself.
             self.drop_outputs();
-            self.gate = false;
+            self.pins.relay.contact.hold(false);
             self.bridge = SimBridge::default();
             self.reset = Some(ResetCause::Watchdog);
         }

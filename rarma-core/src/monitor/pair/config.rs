@@ -58,6 +58,7 @@ impl PairConfig {
 
 /// Why a pair cannot be made.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum PairError {
     /// The settings of channel `0`.
     Channel(u8, MonitorError),

@@ -41,6 +41,7 @@ const UNCONFIRMED: (f64, f64) = (0.8, 0.02);
 const HEARD_FRAMES: f64 = 2.3;
 /// Who says the speed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum SpeedSource {
     /// Nobody.
@@ -56,6 +57,7 @@ pub enum SpeedSource {
 
 /// What the monitor knows of the spindle at a decision.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SpindleReport<T> {
     /// Rotations per second, Hz; where nobody told the speed, this may be the frequency
     /// of the teeth.

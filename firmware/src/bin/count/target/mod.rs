@@ -1,6 +1,10 @@
 //! The harness, and the list of kernels.
 
+#[cfg(not(feature = "count-functions"))]
 mod estimators;
+#[cfg(feature = "count-functions")]
+mod functions;
+#[cfg(not(feature = "count-functions"))]
 mod rigs;
 
 use core::hint::black_box;
@@ -8,11 +12,19 @@ use core::str;
 
 use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS, exit};
 use cortex_m_semihosting::{hprintln, nr, syscall};
+#[cfg(not(feature = "count-functions"))]
 use estimators::{
     ByLines, Chain21, Chain22, Chain43, Chain44, Chain65, Chain66, Chain87, Chain88, Finder, Lines,
     Roots21, Roots22, Roots43, Roots44, Roots65, Roots66, Roots87, Roots88, Update21, Update22,
     Update43, Update44, Update65, Update66, Update87, Update88,
 };
+#[cfg(feature = "count-functions")]
+use functions::{
+    Argument, Atan2Libm, Atan2Micromath, Atan2Ours, ExpLibm, ExpMicromath, ExpOurs, LnLibm,
+    LnMicromath, LnOurs, ModeLibm, ModeMicromath, ModeOurs, SinCosLibm, SinCosMicromath,
+    SinCosOurs, SqrtLibm, SqrtMicromath, SqrtOurs,
+};
+#[cfg(not(feature = "count-functions"))]
 use rigs::{Bar, LoopBias, LoopNoise, LoopPrbs, LoopSteps, Plant};
 use {cortex_m as _, defmt_semihosting as _};
 
@@ -60,6 +72,32 @@ macro_rules! kernels {
     };
 }
 
+// Apart: what is in an image changes what the compiler makes of the rest.
+#[cfg(feature = "count-functions")]
+kernels![
+    Nop,
+    Argument,
+    SqrtOurs,
+    SqrtLibm,
+    SqrtMicromath,
+    LnOurs,
+    LnLibm,
+    LnMicromath,
+    ExpOurs,
+    ExpLibm,
+    ExpMicromath,
+    Atan2Ours,
+    Atan2Libm,
+    Atan2Micromath,
+    SinCosOurs,
+    SinCosLibm,
+    SinCosMicromath,
+    ModeOurs,
+    ModeLibm,
+    ModeMicromath,
+];
+
+#[cfg(not(feature = "count-functions"))]
 kernels![
     Nop, Update21, Update22, Update43, Update44, Update65, Update66, Update87, Update88, Roots21,
     Roots22, Roots43, Roots44, Roots65, Roots66, Roots87, Roots88, Chain21, Chain22, Chain43,

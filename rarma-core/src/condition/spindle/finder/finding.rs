@@ -68,6 +68,7 @@ impl<T: Real> State<T> for Finding<T> {
 
 /// Why there is no finder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SpeedFinderError {
     /// The sampling rate must be positive and finite.
     Rate,

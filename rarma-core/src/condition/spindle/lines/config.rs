@@ -42,6 +42,7 @@ impl SpindleLinesConfig {
 
 /// Why there are no lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SpindleLinesError {
     /// The sampling rate must be finite and at least 200 Hz.
     Rate,

@@ -30,6 +30,7 @@ impl TachoConfig {
 
 /// Which setting of [`TachoConfig`] is out of range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum TachoError {
     /// The rate must be positive and finite.
     Rate,
@@ -43,6 +44,7 @@ pub enum TachoError {
 
 /// What is wrong with the pulses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum TachoFault {
     /// No pulse at all, or none for two intervals of the slowest speed.
