@@ -11,24 +11,28 @@
 use crate::real::Real;
 use crate::visit::{self, StateVisitor};
 
-/// Runs an expression for each block of up to four columns. The first four blocks are
-/// written out, so that with an order known when the code is built each has its own
-/// straight code: indices without bounds checks, no loop. Four is the best of four to
-/// eight at (8,7).
+/// Runs an expression for each block of columns: four in a block, three where there are
+/// more than twelve columns, which is what counts least (decision note 84). The first
+/// sixteen are written out, so that with an order known when the code is built each block
+/// has its own straight code: indices without bounds checks, no loop.
 macro_rules! each_block {
     ($n:ident, $work:ident) => {
-        each_block!(@ $n, $work, 0 4 8 12);
+        if N > 12 {
+            each_block!(@ $n, $work, 0 3 6 9 12 15);
+        } else {
+            each_block!(@ $n, $work, 0 4 8);
+        }
         for j in 16..$n {
             $work!(j, 1);
         }
     };
     (@ $n:ident, $work:ident, $($k:literal)*) => {
         $(
-            if $k + 3 < $n && $k + 3 < N {
+            if N <= 12 && $k + 3 < $n && $k + 3 < N {
                 $work!($k, 4);
-            } else if $k + 2 < $n && $k + 2 < N {
+            } else if $k + 2 < $n && $k + 2 < N && $k + 2 < 16 {
                 $work!($k, 3);
-            } else if $k + 1 < $n && $k + 1 < N {
+            } else if $k + 1 < $n && $k + 1 < N && $k + 1 < 16 {
                 $work!($k, 2);
             } else if $k < $n && $k < N {
                 $work!($k, 1);
@@ -127,8 +131,9 @@ impl<T: Real, const N: usize> UdFactors<T, N> {
         };
         let mut f: [T; B] = core::array::from_fn(|b| psi[j + b]);
         for i in 0..j {
+            let t: [T; B] = core::array::from_fn(|b| columns[b][i] * psi[i]);
             for b in 0..B {
-                f[b] += columns[b][i] * psi[i];
+                f[b] += t[b];
             }
         }
         for b in 1..B {
@@ -150,11 +155,13 @@ impl<T: Real, const N: usize> UdFactors<T, N> {
             alpha = next;
         }
         for i in 0..j {
+            let u: [T; B] = core::array::from_fn(|b| columns[b][i]);
             let mut g = gain[i];
+            let t: [T; B] = core::array::from_fn(|b| v[b] * u[b]);
             for b in 0..B {
-                let u = columns[b][i];
-                columns[b][i] = u - lambda[b] * g;
-                g += v[b] * u;
+                let s = lambda[b] * g;
+                g += t[b];
+                columns[b][i] = u[b] - s;
             }
             gain[i] = g;
         }
@@ -162,8 +169,10 @@ impl<T: Real, const N: usize> UdFactors<T, N> {
             let mut g = v[i];
             for b in i + 1..B {
                 let u = columns[b][j + i];
-                columns[b][j + i] = u - lambda[b] * g;
-                g += v[b] * u;
+                let s = lambda[b] * g;
+                let t = v[b] * u;
+                g += t;
+                columns[b][j + i] = u - s;
             }
             gain[j + i] = g;
         }

@@ -80,6 +80,7 @@ pub struct RecursiveArma<T, const P: usize, const Q: usize, const N: usize> {
     pub(super) covariance: UdFactors<T, N>,
     pub(super) config: RarmaConfig<T>,
     pub(super) inverse_lambda: T,
+    pub(super) inverse_radius: T,
     pub(super) sigma2: T,
     /// Gain of the next innovation on σ².
     pub(super) variance_gain: T,
@@ -258,14 +259,14 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
         for j in p..n {
             self.theta[j] += gain[j] * step;
         }
-        let full = schur::inside::<T, N>(&self.theta[p..n], self.config.c_radius);
+        let full = schur::inside_inverse::<T, N>(&self.theta[p..n], self.inverse_radius);
         let mut taken = step;
         if !full {
             taken = step * T::from_f64(0.25);
             for j in p..n {
                 self.theta[j] = before[j] + gain[j] * taken;
             }
-            if !schur::inside::<T, N>(&self.theta[p..n], self.config.c_radius) {
+            if !schur::inside_inverse::<T, N>(&self.theta[p..n], self.inverse_radius) {
                 self.theta[p..n].copy_from_slice(&before[p..n]);
             }
         }

@@ -19,6 +19,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
         covariance: UdFactors::BLANK,
         config: RarmaConfig::BLANK,
         inverse_lambda: T::ZERO,
+        inverse_radius: T::ZERO,
         sigma2: T::ZERO,
         variance_gain: T::ZERO,
         recent: T::ZERO,
@@ -51,6 +52,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
             covariance,
             config: settings,
             inverse_lambda,
+            inverse_radius,
             sigma2,
             variance_gain,
             recent,
@@ -67,6 +69,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
         }
         covariance.reset(config.start_variance);
         *inverse_lambda = T::ONE / config.forgetting;
+        *inverse_radius = T::ONE / config.c_radius;
         *variance_gain = T::ONE;
         for x in [sigma2, recent, power] {
             *x = T::ZERO;

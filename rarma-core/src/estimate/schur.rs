@@ -12,11 +12,15 @@ use crate::real::Real;
 /// through 1/C. Where it leaves no digit of this number type, stable cannot be told
 /// from unstable, and the answer is no: between two close lines a test in `f32`
 /// without that let roots of radius 1.006 pass.
-#[inline(always)]
 pub fn inside<T: Real, const N: usize>(c: &[T], radius: T) -> bool {
+    inside_inverse::<T, N>(c, T::ONE / radius)
+}
+
+/// [`inside`] of 1/radius, for every sample.
+#[inline(always)]
+pub(super) fn inside_inverse<T: Real, const N: usize>(c: &[T], inverse: T) -> bool {
     let q = c.len();
     let mut a = [T::ZERO; N];
-    let inverse = T::ONE / radius;
     let mut power = T::ONE;
     for (scaled, c) in a.iter_mut().zip(c) {
         power *= inverse;
@@ -117,5 +121,30 @@ mod tests {
         assert!(inside::<f64, 3>(&[-0.5], 1.0));
         assert!(!inside::<f64, 3>(&[-1.5], 1.0));
         assert!(!inside::<f32, 3>(&[f32::NAN, 0.1], 1.0));
+    }
+
+    #[test]
+    fn every_degree_is_told_on_both_sides() {
+        // Pairs of 0.9 and for an odd degree a real root, which is the largest.
+        for degree in 1..=20 {
+            let mut roots = vec![];
+            for pair in 0..degree / 2 {
+                let angle = 0.2 + 2.7 * f64::from(pair) / f64::from(degree / 2);
+                roots.push((0.9 * libm::cos(angle), 0.9 * libm::sin(angle)));
+            }
+            let mut c = polynomial(&roots);
+            let mut largest = 0.9;
+            if degree % 2 == 1 {
+                largest = 0.95;
+                let mut before = 1.0;
+                for x in &mut c {
+                    (before, *x) = (*x, *x - largest * before);
+                }
+                c.push(-largest * before);
+            }
+            assert_eq!(c.len(), degree as usize);
+            assert!(inside::<f64, 20>(&c, largest + 1e-3), "{degree}");
+            assert!(!inside::<f64, 20>(&c, largest - 1e-3), "{degree}");
+        }
     }
 }

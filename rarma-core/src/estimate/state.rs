@@ -22,6 +22,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
             covariance,
             config: _,
             inverse_lambda: _,
+            inverse_radius: _,
             sigma2,
             variance_gain,
             recent,
