@@ -9,8 +9,8 @@ use crate::visit::{State, StateVisitor, place};
 /// A sample is at most this many units.
 const MOST: i16 = i16::MAX;
 /// Where the loudest of a whole ring is below this many units they become smaller, so that it is
-/// always kept to 12 bits at the least: a step is 83 dB below its amplitude, and what all steps do
-/// is spread over the whole spectrum, 105 dB below its line in each bin.
+/// always kept to 12 bits at the least: a step is 72 dB below its amplitude, and what all steps do
+/// is spread over the whole spectrum.
 const LEAST: u16 = 1 << 12;
 /// The unit of a ring that has heard nothing, and the largest: powers of two.
 const FIRST: i16 = -60;
