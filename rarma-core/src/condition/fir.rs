@@ -6,16 +6,20 @@ use crate::visit::state;
 
 /// Longest filter of one stage.
 pub const MAX_TAPS: usize = 64;
+/// Half of them, and parts as long as that in the room for samples.
+const HALF: usize = MAX_TAPS / 2;
+const ROOM: usize = 3;
 /// Stop-band attenuation the filters are designed for, dB.
 pub const STOP_DB: f64 = 60.0;
 
 /// A decimation stage; the identity where `factor` is 1.
 #[derive(Debug, Clone)]
 pub struct FirStage<T> {
-    taps: [T; MAX_TAPS],
+    /// The first half of them and the one in the middle: they are symmetric.
+    taps: [T; HALF],
     /// Samples in their order, the newest before `end`. Where the room ends the last ones
     /// go back to its beginning, so that a product never meets a seam.
-    history: [[T; MAX_TAPS]; 2],
+    history: [[T; HALF]; ROOM],
     length: usize,
     end: usize,
     factor: usize,
@@ -25,7 +29,7 @@ pub struct FirStage<T> {
 state! { FirStage<T> {
     history, end, phase;
     settings taps, length, factor;
-    where *end + 1 >= *length && *end <= 2 * MAX_TAPS && *phase < *factor
+    where *end + 1 >= *length && *end <= ROOM * HALF && *phase < *factor
 } }
 
 impl<T: Real> FirStage<T> {
@@ -35,11 +39,11 @@ impl<T: Real> FirStage<T> {
     }
 
     pub(super) const IDENTITY: Self = {
-        let mut taps = [T::ZERO; MAX_TAPS];
+        let mut taps = [T::ZERO; HALF];
         taps[0] = T::ONE;
         Self {
             taps,
-            history: [[T::ZERO; MAX_TAPS]; 2],
+            history: [[T::ZERO; HALF]; ROOM],
             length: 1,
             end: 0,
             factor: 1,
@@ -72,8 +76,12 @@ impl<T: Real> FirStage<T> {
             *h = sinc * bessel_i0(beta * libm::sqrt((1.0 - r * r).max(0.0)));
             sum += *h;
         }
+        let mut taps = [T::ZERO; HALF];
+        for (tap, h) in taps.iter_mut().zip(&raw[..=length / 2]) {
+            *tap = T::from_f64(h / sum);
+        }
         Self {
-            taps: raw.map(|h| T::from_f64(h / sum)),
+            taps,
             length,
             end: length - 1,
             factor,
@@ -94,10 +102,14 @@ impl<T: Real> FirStage<T> {
     /// |H|² at `angle` rad an input sample. Slow path.
     pub(super) fn power_gain(&self, angle: f64) -> f64 {
         let centre = self.delay();
-        let taps = self.taps.iter().take(self.length).enumerate();
-        // The taps are symmetric: no imaginary part about the centre.
+        let half = self.length / 2;
+        // The taps are symmetric: no imaginary part about the centre, and all but it count twice.
+        let taps = self.taps.iter().take(half + 1).enumerate();
         let sum: f64 = taps
-            .map(|(n, h)| h.to_f64() * libm::cos(angle * (n as f64 - centre)))
+            .map(|(n, h)| {
+                let times = if n == half { 1.0 } else { 2.0 };
+                times * h.to_f64() * libm::cos(angle * (n as f64 - centre))
+            })
             .sum();
         sum * sum
     }
@@ -128,10 +140,10 @@ impl<T: Real> FirStage<T> {
     /// next output.
     #[inline(always)]
     pub(super) fn room(&mut self, count: usize) -> Option<&mut [T]> {
-        if self.end + count > 2 * MAX_TAPS {
+        if self.end + count > ROOM * HALF {
             let kept = self.length - 1;
             // Never more than there is room for, which the copy would check else.
-            let end = self.end.min(2 * MAX_TAPS);
+            let end = self.end.min(ROOM * HALF);
             let from = end.checked_sub(kept)?;
             self.history.as_flattened_mut().copy_within(from..end, 0);
             self.end = kept;

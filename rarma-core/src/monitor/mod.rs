@@ -152,6 +152,8 @@ impl<T: Real> Monitor<T> {
         if self.trusts_samples() {
             if self.hears_lines {
                 self.sources.process(wide);
+            } else {
+                self.sources.keep(wide);
             }
             self.listen(y);
         }
@@ -234,7 +236,7 @@ impl<T: Real> Monitor<T> {
     #[inline(always)]
     fn listen(&mut self, y: T) {
         self.power += self.power_gain * (y * y - self.power);
-        let y = self.spindle.process(y);
+        let y = self.spindle.process(y, &mut self.sources);
         self.rest_power += self.power_gain * (y * y - self.rest_power);
         let mut own = [T::ZERO; MAX_MODES];
         let modes = self.identifier.update(y, &mut own);

@@ -6,7 +6,7 @@
 
 use super::Listening;
 use super::config::VerdictConfig;
-use super::frame::HOP_S;
+use super::frame::{HALF, HOP_S};
 use crate::real::Real;
 use crate::visit::state;
 
@@ -48,6 +48,42 @@ const FOLDS: u32 = 4;
 /// What a folded line may be: on teeth, on turns, folded of teeth, folded of turns.
 const FOLDED: (f64, f64, f64, f64) = (0.5, 0.2, 0.2, 0.1);
 
+/// Room for one window's work, in what the spectrum leaves free of its transform: how likely each
+/// speed made the line at hand, and behind it each speed's probability, not normed.
+#[derive(Debug)]
+pub(super) struct Desk<'a, T>(pub(super) &'a mut [(T, T); HALF]);
+
+const _: () = assert!(2 * SPEEDS <= HALF);
+
+impl<T: Real> Desk<'_, T> {
+    #[inline(always)]
+    fn places(&mut self, from: usize, count: usize) -> impl ExactSizeIterator<Item = &mut T> {
+        let places = self.0.get_mut(from..from + count).unwrap_or_default();
+        places.iter_mut().map(|(_, free)| free)
+    }
+
+    fn mixed(&mut self) -> impl ExactSizeIterator<Item = &mut T> {
+        self.places(0, SPEEDS)
+    }
+
+    /// Of the speeds from one to another, both included.
+    fn near(&mut self, from: usize, to: usize) -> impl ExactSizeIterator<Item = &mut T> {
+        self.places(from, (to.min(SPEEDS - 1) + 1).saturating_sub(from))
+    }
+
+    fn chance(&mut self) -> impl ExactSizeIterator<Item = &mut T> {
+        self.places(SPEEDS, SPEEDS)
+    }
+
+    fn both(&self) -> impl Iterator<Item = (&T, &T)> {
+        let (mixed, chance) = self.0.split_at(SPEEDS);
+        mixed
+            .iter()
+            .zip(chance)
+            .map(|(mixed, chance)| (&mixed.1, &chance.1))
+    }
+}
+
 /// The belief.
 #[derive(Debug, Clone)]
 pub(super) struct Belief<T> {
@@ -55,9 +91,6 @@ pub(super) struct Belief<T> {
     /// `everywhere`.
     heard: [T; SPEEDS],
     everywhere: T,
-    /// Its probability, not normed, and how likely it made the line at hand.
-    chance: [T; SPEEDS],
-    mixed: [T; SPEEDS],
     told_hz: T,
     teeth: T,
     folding_hz: Option<T>,
@@ -80,7 +113,7 @@ pub(super) struct Belief<T> {
 }
 
 state! { Belief<T> {
-    heard, everywhere, chance, mixed, told_hz, teeth, folding_hz, sd_hz, prior_gain,
+    heard, everywhere, told_hz, teeth, folding_hz, sd_hz, prior_gain,
     prior_sums, prior_sum, on_teeth, rare_turns, alone, least, largest, sum, mean, sd
 } }
 
@@ -89,8 +122,6 @@ impl<T: Real> Belief<T> {
     pub(super) const BLANK: Self = Self {
         heard: [T::ZERO; SPEEDS],
         everywhere: T::ZERO,
-        chance: [T::ZERO; SPEEDS],
-        mixed: [T::ZERO; SPEEDS],
         told_hz: T::ZERO,
         teeth: T::ZERO,
         folding_hz: None,
@@ -108,7 +139,7 @@ impl<T: Real> Belief<T> {
         sd: T::ZERO,
     };
 
-    /// Forgets everything and takes a told speed, in place: it is 6 KB.
+    /// Forgets everything and takes a told speed, in place: it is 2 KB.
     #[inline(never)]
     pub(super) fn restart(
         &mut self,
@@ -116,11 +147,11 @@ impl<T: Real> Belief<T> {
         told_hz: f64,
         listening: &Listening,
         resolution_hz: T,
+        desk: &mut Desk<'_, T>,
     ) {
         // The rest is set by the prior, and by what is heard.
         self.heard.fill(T::ZERO);
         self.everywhere = T::ZERO;
-        self.mixed.fill(T::ZERO);
         self.told_hz = T::from_f64(told_hz);
         self.teeth = T::from_u32(listening.teeth.unwrap_or(1));
         self.folding_hz = listening.folding_hz.map(T::from_f64);
@@ -133,7 +164,7 @@ impl<T: Real> Belief<T> {
         self.prior_sums.1 = self.weigh_prior(LEAST_MOVED);
         self.prior_sums.0 = self.weigh_prior(LEAST_PRIOR);
         self.prior_sum = self.prior_sums.0;
-        self.settle();
+        self.settle(desk);
     }
 
     /// Takes a least prior; gives the sum of all.
@@ -229,13 +260,13 @@ impl<T: Real> Belief<T> {
     }
 
     /// One line is heard; `weights`, of all lines of the window.
-    pub(super) fn hear(&mut self, f_hz: T, weight: T, weights: T) {
-        self.mix(f_hz);
+    pub(super) fn hear(&mut self, f_hz: T, weight: T, weights: T, desk: &mut Desk<'_, T>) {
+        self.mix(f_hz, desk);
         let gain = Self::gain() * weights.min(T::ONE) * weight;
         let off = T::from_f64(1.0 - FORCED);
         let nowhere = gain * off.ln();
         self.everywhere += nowhere;
-        for (heard, mixed) in self.heard.iter_mut().zip(&self.mixed) {
+        for (heard, mixed) in self.heard.iter_mut().zip(desk.mixed()) {
             if *mixed > T::ZERO {
                 *heard += gain * (off + T::from_f64(FORCED) * *mixed).ln() - nowhere;
             }
@@ -243,22 +274,22 @@ impl<T: Real> Belief<T> {
     }
 
     /// The probabilities, after all lines are heard.
-    pub(super) fn settle(&mut self) {
+    pub(super) fn settle(&mut self, desk: &mut Desk<'_, T>) {
         let n = T::from_f64(INDEPENDENT);
         self.largest = T::from_f64(-1e30);
-        for i in 0..SPEEDS {
-            self.chance[i] = self.prior(i) + n * (self.everywhere + self.heard[i]);
-            self.largest = self.largest.max(self.chance[i]);
+        for (i, (chance, heard)) in desk.chance().zip(&self.heard).enumerate() {
+            *chance = self.prior(i) + n * (self.everywhere + *heard);
+            self.largest = self.largest.max(*chance);
         }
         let (mut sum, mut first, mut second) = (T::ZERO, T::ZERO, T::ZERO);
-        for i in 0..SPEEDS {
-            let below = self.chance[i] - self.largest;
+        for (i, chance) in desk.chance().enumerate() {
+            let below = *chance - self.largest;
             if below < T::from_f64(IMPOSSIBLE) {
-                self.chance[i] = T::ZERO;
+                *chance = T::ZERO;
                 continue;
             }
             let p = below.exp();
-            self.chance[i] = p;
+            *chance = p;
             let u = Self::u(i);
             sum += p;
             first += p * u;
@@ -271,15 +302,15 @@ impl<T: Real> Belief<T> {
 
     /// Log-odds that the rotation makes a line, by the word of the other lines: its own
     /// word, `weight` over `age_s`, is taken back first.
-    pub(super) fn forced(&mut self, f_hz: T, weight: T, age_s: T) -> T {
-        self.mix(f_hz);
+    pub(super) fn forced(&self, f_hz: T, weight: T, age_s: T, desk: &mut Desk<'_, T>) -> T {
+        self.mix(f_hz, desk);
         let off = T::from_f64(1.0 - FORCED);
         let known = T::ONE - (-age_s / T::from_f64(MEMORY_S)).exp();
         let own = T::from_f64(INDEPENDENT) * weight * known;
         let nowhere = (-own * off.ln()).exp();
         let (mut sum, mut on) = (T::ZERO, T::ZERO);
         let has_spoken = weight > T::ZERO;
-        for (chance, mixed) in self.chance.iter().zip(&self.mixed) {
+        for (mixed, chance) in desk.both() {
             if *chance > T::ZERO && *mixed > T::ZERO {
                 let back = if has_spoken {
                     *chance * (-own * (off + T::from_f64(FORCED) * *mixed).ln()).exp()
@@ -303,44 +334,42 @@ impl<T: Real> Belief<T> {
     }
 
     /// Density of a line at each speed, over that of a line anywhere.
-    fn mix(&mut self, f_hz: T) {
-        self.mixed.fill(T::ZERO);
+    fn mix(&self, f_hz: T, desk: &mut Desk<'_, T>) {
+        desk.mixed().for_each(|mixed| *mixed = T::ZERO);
         let one = T::ONE;
         let teeth = self.teeth;
         let Some(rate) = self.folding_hz else {
             if teeth > one {
-                self.comb(f_hz, teeth, self.on_teeth);
-                self.comb(f_hz, one, one - self.on_teeth);
+                self.comb(f_hz, teeth, self.on_teeth, desk);
+                self.comb(f_hz, one, one - self.on_teeth, desk);
             } else {
-                self.comb(f_hz, one, one);
+                self.comb(f_hz, one, one, desk);
             }
             return;
         };
         let folds = T::from_u32(2 * FOLDS);
         let on_teeth = T::from_f64(FOLDED.2) / folds;
         let on_turns = T::from_f64(2.0 * FOLDED.3) / folds;
-        self.comb(f_hz, teeth, T::from_f64(FOLDED.0));
-        self.comb(f_hz, one, T::from_f64(FOLDED.1));
+        self.comb(f_hz, teeth, T::from_f64(FOLDED.0), desk);
+        self.comb(f_hz, one, T::from_f64(FOLDED.1), desk);
         for m in 1..=FOLDS {
             for image in [rate * T::from_u32(m) - f_hz, rate * T::from_u32(m) + f_hz] {
-                self.comb(image, teeth, on_teeth);
+                self.comb(image, teeth, on_teeth, desk);
                 if m <= FOLDS / 2 {
-                    self.comb(image, one, on_turns);
+                    self.comb(image, one, on_turns, desk);
                 }
             }
         }
     }
 
     /// Adds the multiples of `per_turn` times each speed, with a weight.
-    fn comb(&mut self, f_hz: T, per_turn: T, weight: T) {
+    fn comb(&self, f_hz: T, per_turn: T, weight: T, desk: &mut Desk<'_, T>) {
         let spacing = self.told_hz * per_turn;
         if !(spacing > T::ZERO && f_hz > T::ZERO) {
             return;
         }
         if self.sd_hz > spacing * T::from_f64(SMEARED) {
-            for mixed in &mut self.mixed {
-                *mixed += weight;
-            }
+            desk.mixed().for_each(|mixed| *mixed += weight);
             return;
         }
         let span = T::from_f64(SPAN);
@@ -359,9 +388,8 @@ impl<T: Real> Belief<T> {
             // Up to the next one, and down; a whole number stays.
             let from = (to_index(u - reach) + T::from_f64(0.999)).to_f32() as usize;
             let to = (to_index(u + reach) + T::from_f64(0.001)).to_f32() as usize;
-            if let Some(near) = self.mixed.get_mut(from..=to.min(SPEEDS - 1))
-                && !near.is_empty()
-            {
+            let near = desk.near(from, to);
+            if near.len() > 0 {
                 // e^(−r²/2) at equal steps of r, each from the one before. r = (f − kfₙ)/sd is as
                 // good as straight within the reach.
                 let first = T::from_f64(STEP) * (T::from_u32(from as u32) - at(u)) * f_hz;

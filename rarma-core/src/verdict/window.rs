@@ -123,7 +123,7 @@ impl<T: Real> Verdict<T> {
                     if self.comb.is_settling() {
                         self.belief.go_along();
                     }
-                    self.belief.settle();
+                    self.belief.settle(&mut self.frame.desk());
                 }
                 Stage::Forced(0)
             }
@@ -212,7 +212,8 @@ impl<T: Real> Verdict<T> {
             for (weight, _) in self.weights.iter().zip(self.lines.all()) {
                 sum += *weight;
             }
-            self.belief.hear(line.f_hz, weight, sum);
+            self.belief
+                .hear(line.f_hz, weight, sum, &mut self.frame.desk());
         }
         Stage::Hear(k + 1)
     }
@@ -225,7 +226,8 @@ impl<T: Real> Verdict<T> {
             let track = self.tracks.of(k);
             let weight = self.weights[k.min(LINES - 1)];
             let is_called = self.caller.would_call(track.evidence);
-            let odds = self.belief.forced(line.f_hz, weight, track.age_s);
+            let desk = &mut self.frame.desk();
+            let odds = self.belief.forced(line.f_hz, weight, track.age_s, desk);
             let odds = track.forced(odds, is_called);
             (sigmoid(odds), odds)
         } else {

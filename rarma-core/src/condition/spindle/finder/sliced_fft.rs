@@ -266,6 +266,13 @@ impl<T: Real, const M: usize> SlicedFft<T, M> {
         }
     }
 
+    /// Room for other work: once all is unpacked into powers, which are the first numbers, the second
+    /// number of each pair is free until the next transform begins.
+    #[inline(always)]
+    pub(crate) fn seconds(&mut self) -> &mut [(T, T); M] {
+        &mut self.z
+    }
+
     /// |X_k|², `k` from 0 to `M` − 1; zero beyond.
     #[inline(always)]
     pub fn power(&self, k: usize) -> T {
