@@ -17,7 +17,6 @@ pub use health::{
     CLIP_MEMORY_S, CLIPPED_FRACTION, Fault, HOLD_S, Health, HealthCounts, LARGEST, STUCK_S,
 };
 pub use lines::{KnownLines, LinesError};
-pub(crate) use spindle::SpeedSearch;
 pub use spindle::{
     CHANCE_BLIND, CHANCE_TOLD, Comb, FLIP_TAU_S, FRAME, Finding, HIGHEST_FLIP_HALVES,
     LEVEL_MEMORY_S, LINES_TAU_S, Lock, MOST_PEAKS, PulseDetector, SPACING_HZ, SPEED_WANDER,

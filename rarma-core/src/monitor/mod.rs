@@ -152,8 +152,6 @@ impl<T: Real> Monitor<T> {
         if self.trusts_samples() {
             if self.hears_lines {
                 self.sources.process(wide);
-            } else {
-                self.sources.keep(wide);
             }
             self.listen(y);
         }
@@ -236,7 +234,7 @@ impl<T: Real> Monitor<T> {
     #[inline(always)]
     fn listen(&mut self, y: T) {
         self.power += self.power_gain * (y * y - self.power);
-        let y = self.spindle.process(y, &mut self.sources);
+        let y = self.spindle.process(y);
         self.rest_power += self.power_gain * (y * y - self.rest_power);
         let mut own = [T::ZERO; MAX_MODES];
         let modes = self.identifier.update(y, &mut own);

@@ -1,6 +1,6 @@
 //! A monitor begins, where it lies.
 //!
-//! Slow path. A monitor is 34 KB, and a box has one for ever, in static memory. A new one that
+//! Slow path. A monitor is 56 KB, and a box has one for ever, in static memory. A new one that
 //! is built by value needs its size on the stack, and again for every function that hands it
 //! on; so each part is begun anew in its place, and nothing larger than a small part lies on
 //! the stack meanwhile.
@@ -117,9 +117,6 @@ impl<T: Real> Monitor<T> {
         spindle.restart(config, fs);
         let told = config.listening(fs);
         *hears_lines = sources.restart(&config.verdict, &told).is_ok();
-        if !*hears_lines {
-            sources.deafen();
-        }
         *band = (T::from_f64(analysed.low_hz), T::from_f64(analysed.high_hz));
         *idle_samples = config.idle_s.map(|(from, to)| {
             let sample = |t: f64| (t * config.fs_hz) as u64;

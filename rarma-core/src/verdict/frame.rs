@@ -4,8 +4,6 @@
 //! Rate: a slice of the work once a decimated sample.
 
 use super::belief::Desk;
-use super::level::Level;
-use super::ring::Ring;
 use crate::condition::SlicedFft;
 use crate::real::Real;
 use crate::visit::{State, StateVisitor, state};
@@ -26,9 +24,9 @@ pub(super) const SEGMENTS: usize = 16;
 pub(super) const BAND: (f64, f64) = (0.012, 0.48);
 /// Smoothing of the spectrum whose least is idle, s.
 const SMOOTH_S: f64 = 0.3;
-/// The level at idle rises by so many steps in so many hops, each by ln 2/256 in the mean: by 0.0005 of
-/// itself in a hop, so that it is learnt anew in minutes.
-const RISE: (u32, u32) = (12, 65);
+/// The level at idle rises by this part of itself in a hop, so that it is learnt anew in
+/// minutes.
+const RISE: f64 = 0.0005;
 /// The level at idle begins so long after the first window, s.
 const SETTLED_S: f64 = 0.2;
 /// Half the width of a line, in units of one over the window.
@@ -45,7 +43,7 @@ enum Phase {
     Transform,
     Unpack,
     Smooth(usize),
-    /// Not the first, which would make a blank verdict all zeros: the compiler (1.96) then makes its 21 KB on
+    /// Not the first, which would make a blank verdict all zeros: the compiler (1.96) then makes its 33 KB on
     /// the stack of whoever starts a box, where it copies what is not from the flash to its place.
     Done,
 }
@@ -95,12 +93,13 @@ impl<T: Real> State<T> for Phase {
 /// Samples, and the power spectrum of the last window.
 #[derive(Debug, Clone)]
 pub(super) struct Frame<T> {
-    ring: Ring<T>,
-    /// The first sample of the window that is worked on.
+    ring: [T; FRAME],
+    /// Where the next sample goes, and the first sample of the window that is worked on.
+    next: usize,
     from: usize,
     fft: SlicedFft<T, HALF>,
-    smooth: [Level; HALF],
-    idle: [Level; HALF],
+    smooth: [T; HALF],
+    idle: [T; HALF],
     phase: Phase,
     /// Cosine and sine of the window, and their step.
     turn: (T, T),
@@ -124,19 +123,20 @@ pub(super) struct Frame<T> {
 }
 
 state! { Frame<T> {
-    ring, from, fft, smooth, idle, phase, turn, windows, total, mean_ln, sum_ln, sum;
+    ring, next, from, fft, smooth, idle, phase, turn, windows, total, mean_ln, sum_ln, sum;
     settings step, settled, window, bins, bin_hz, half, hop, gain;
-    where *from < FRAME && phase.is_within(*bins)
+    where *next < FRAME && *from < FRAME && phase.is_within(*bins)
 } }
 
 impl<T: Real> Frame<T> {
     /// Zeros, until [`Self::restart`].
     pub(super) const BLANK: Self = Self {
-        ring: Ring::BLANK,
+        ring: [T::ZERO; FRAME],
+        next: 0,
         from: 0,
         fft: SlicedFft::BLANK,
-        smooth: [Level::ZERO; HALF],
-        idle: [Level::ZERO; HALF],
+        smooth: [T::ZERO; HALF],
+        idle: [T::ZERO; HALF],
         phase: Phase::Done,
         turn: (T::ZERO, T::ZERO),
         step: (T::ZERO, T::ZERO),
@@ -154,7 +154,7 @@ impl<T: Real> Frame<T> {
         sum: T::ZERO,
     };
 
-    /// Forgets everything, and takes samples of this rate, in place: it is 20 KB.
+    /// Forgets everything, and takes samples of this rate, in place: it is 25 KB.
     #[inline(never)]
     pub(super) fn restart(&mut self, fs_hz: f64) {
         let hop = ((HOP_S * fs_hz) as usize).max(4);
@@ -167,6 +167,7 @@ impl<T: Real> Frame<T> {
         // All of them by name, so that none is forgotten.
         let Self {
             ring,
+            next,
             from,
             fft,
             smooth,
@@ -187,14 +188,14 @@ impl<T: Real> Frame<T> {
             sum_ln,
             sum,
         } = self;
-        ring.restart();
+        ring.fill(T::ZERO);
         fft.restart();
-        smooth.fill(Level::ZERO);
-        idle.fill(Level::ZERO);
+        smooth.fill(T::ZERO);
+        idle.fill(T::ZERO);
         *phase = Phase::Done;
         *turn = (T::ONE, T::ZERO);
         *step = (c, s);
-        (*from, *windows) = (0, 0);
+        (*next, *from, *windows) = (0, 0, 0);
         *settled = (SETTLED_S / HOP_S) as u32;
         *samples = window;
         *bins = (bin(BAND.0) + 1, bin(BAND.1));
@@ -216,42 +217,19 @@ impl<T: Real> Frame<T> {
     pub(super) fn push(&mut self, x: T) {
         // One bad sample would spoil the belief for ever.
         let x = if x.is_finite() { x } else { T::ZERO };
-        self.ring.push(x);
+        self.ring[self.next & (FRAME - 1)] = x;
+        self.next = (self.next + 1) & (FRAME - 1);
     }
 
-    /// Sample `i` of the window that is worked on, in units of [`Self::unit`], which may be another
-    /// one in the next slice.
+    /// Sample `i` of the window that is worked on.
     #[inline(always)]
-    pub(super) fn units(&self, i: usize) -> T {
-        self.ring.units(self.from, i)
-    }
-
-    pub(super) fn unit(&self) -> T {
-        self.ring.unit()
-    }
-
-    /// The oldest sample that is kept.
-    pub(super) fn oldest(&self) -> usize {
-        self.ring.first_of_newest(FRAME)
-    }
-
-    /// Sample `i` behind the one at `from`, and the transform.
-    #[inline(always)]
-    pub(super) fn lend(&mut self, from: usize, i: usize) -> (T, &mut SlicedFft<T, HALF>) {
-        (self.ring.sample(from, i), &mut self.fft)
-    }
-
-    /// Samples are kept, and nothing is made of them.
-    pub(super) fn deafen(&mut self) {
-        self.ring.restart();
-        self.fft.restart();
-        self.windows = 0;
-        self.phase = Phase::Done;
+    pub(super) fn sample(&self, i: usize) -> T {
+        self.ring[(self.from + i) & (FRAME - 1)]
     }
 
     /// The last samples become the window.
     pub(super) fn begin(&mut self) {
-        self.from = self.ring.first_of_newest(self.window);
+        self.from = (self.next + FRAME - self.window) & (FRAME - 1);
         self.turn = (T::ONE, T::ZERO);
         self.sum = T::ZERO;
         self.sum_ln = T::ZERO;
@@ -277,11 +255,11 @@ impl<T: Real> Frame<T> {
     }
 
     fn fill(&mut self, at: usize) -> Phase {
-        let half = T::from_f64(0.5) * self.unit();
+        let half = T::from_f64(0.5);
         for i in at..at + PUT {
             if i < self.window {
                 let (c, s) = self.turn;
-                self.fft.put(i, self.units(i) * (half - half * c));
+                self.fft.put(i, self.sample(i) * (half - half * c));
                 let (dc, ds) = self.step;
                 self.turn = (c * dc - s * ds, s * dc + c * ds);
             } else {
@@ -298,7 +276,6 @@ impl<T: Real> Frame<T> {
     fn smooth(&mut self, at: usize) -> Phase {
         let end = (at + BINS).min(self.bins.1);
         let (least, most) = (T::from_f64(1e-30), T::from_f64(1e30));
-        let rises = u16::from(self.windows.wrapping_mul(RISE.0) % RISE.1 < RISE.0);
         let mut product = T::ONE;
         for k in at..end {
             let p = self.fft.power(k);
@@ -313,16 +290,15 @@ impl<T: Real> Frame<T> {
             };
             let smooth = &mut self.smooth[k & (HALF - 1)];
             let idle = &mut self.idle[k & (HALF - 1)];
-            *smooth = Level::of(if self.windows == 0 {
+            *smooth = if self.windows == 0 {
                 p
             } else {
-                let before: T = smooth.power();
-                before + self.gain * (p - before)
-            });
+                *smooth + self.gain * (p - *smooth)
+            };
             if self.windows == self.settled {
                 *idle = *smooth;
             } else if self.windows > self.settled {
-                *idle = idle.risen(rises).min(*smooth);
+                *idle = (*idle * T::from_f64(1.0 + RISE)).min(*smooth);
             }
         }
         self.sum_ln += product.ln();
@@ -382,11 +358,11 @@ impl<T: Real> Frame<T> {
     }
 
     /// Power of the line at a bin of a spectrum that is kept.
-    fn line_of(&self, spectrum: &[Level; HALF], bin: usize) -> T {
+    fn line_of(&self, spectrum: &[T; HALF], bin: usize) -> T {
         let mut sum = T::from_f64(1e-30);
         for k in bin.saturating_sub(self.half)..=bin + self.half {
             if k >= self.bins.0 && k < self.bins.1 {
-                sum += spectrum[k & (HALF - 1)].power();
+                sum += spectrum[k & (HALF - 1)];
             }
         }
         sum

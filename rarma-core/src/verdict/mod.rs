@@ -22,9 +22,7 @@ mod config;
 mod evidence;
 mod frame;
 mod judge;
-mod level;
 mod lines;
-mod ring;
 mod steadiness;
 mod tracks;
 #[cfg(test)]
@@ -34,14 +32,13 @@ mod window;
 pub use caller::Caller;
 pub use config::{Number, VerdictConfig, VerdictError, number};
 
-use crate::condition::SlicedFft;
 use crate::real::Real;
 use crate::visit::state;
 use belief::Belief;
 use comb::Comb;
 use evidence::Weigher;
 pub use frame::HOP_S;
-use frame::{FRAME, Frame, HALF, SEGMENTS};
+use frame::{FRAME, Frame, SEGMENTS};
 use lines::{CANDIDATES, LINES, Lines};
 use steadiness::Steadiness;
 use tracks::Tracks;
@@ -178,7 +175,7 @@ impl<T: Real> Verdict<T> {
         last: Judgement::NONE,
     };
 
-    /// Forgets everything and begins with these settings, in place: it is 21 KB.
+    /// Forgets everything and begins with these settings, in place: it is 30 KB.
     ///
     /// # Errors
     /// The first setting that is out of range; nothing has changed then.
@@ -325,40 +322,6 @@ impl<T: Real> Verdict<T> {
     /// The last judgement.
     pub fn judgement(&self) -> &Judgement<T> {
         &self.last
-    }
-
-    /// Keeps samples from now on, for who looks for the speed in them, and judges none.
-    pub(crate) fn deafen(&mut self) {
-        self.frame.deafen();
-        (self.stage, self.pace, self.until) = (Stage::Wait, 0, 0);
-    }
-
-    /// Keeps a sample, and judges nothing.
-    #[inline(always)]
-    pub(crate) fn keep(&mut self, x: T) {
-        self.frame.push(x);
-    }
-
-    /// The transform is not used.
-    #[inline(always)]
-    pub(crate) fn rests(&self) -> bool {
-        self.stage == Stage::Wait
-    }
-
-    /// Nor is it with this sample and those after it, so many together.
-    pub(crate) fn rests_for(&self, samples: usize) -> bool {
-        self.rests() && (self.pace == 0 || self.until >= samples)
-    }
-
-    /// Place of the oldest sample that is kept.
-    pub(crate) fn oldest(&self) -> usize {
-        self.frame.oldest()
-    }
-
-    /// Sample `i` behind the one at `from`, before the high-pass, and the transform.
-    #[inline(always)]
-    pub(crate) fn lend(&mut self, from: usize, i: usize) -> (T, &mut SlicedFft<T, HALF>) {
-        self.frame.lend(from, i)
     }
 
     /// Takes one sample of the band; gives a judgement every 0.05 s.

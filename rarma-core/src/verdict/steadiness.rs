@@ -57,9 +57,8 @@ impl<T: Real> Steadiness<T> {
         let twice = c + c;
         let (mut v, mut before) = (T::ZERO, T::ZERO);
         for i in self.at * length..(self.at + 1) * length {
-            (v, before) = (frame.units(i) + twice * v - before, v);
+            (v, before) = (frame.sample(i) + twice * v - before, v);
         }
-        let (v, before) = (v * frame.unit(), before * frame.unit());
         // By one sample too far, in every segment: no power changes.
         self.turn = times(self.turn, self.segment);
         let sum = times((v - before * c, -before * s), self.turn);

@@ -10,7 +10,6 @@ mod lines;
 mod spindle_tests;
 mod tacho;
 
-pub(crate) use finder::SpeedSearch;
 pub use finder::{
     CHANCE_BLIND, CHANCE_TOLD, Comb, FRAME, Finding, MOST_PEAKS, SPACING_HZ, SlicedFft,
     SpeedFinder, SpeedFinderConfig, SpeedFinderError, TOLD_RANGE, TOLERANCE_BINS,

@@ -2,8 +2,8 @@
 //!
 //! Rate: decision rate.
 
-use super::turns::Turns;
 use super::{ENTERING, HEARD_FRAMES, SpeedSource, Spindle, UNCONFIRMED};
+use crate::condition::SpeedFinder;
 use crate::decide::{Rotation, SPEED_ACCURACY};
 use crate::real::Real;
 
@@ -71,7 +71,7 @@ impl<T: Real> Spindle<T> {
 
     /// The search for lines is slow and has not had the time to confirm a told speed.
     fn is_unheard(&self) -> bool {
-        let frame_s = self.finder.as_ref().map_or(T::ZERO, Turns::frame_s);
+        let frame_s = self.finder.as_ref().map_or(T::ZERO, SpeedFinder::frame_s);
         frame_s > T::from_f64(UNCONFIRMED.0)
             && self.is_unconfirmed(frame_s * T::from_f64(HEARD_FRAMES))
     }

@@ -115,7 +115,7 @@ impl<T: Real> Spindle<T> {
             && let Some(finder) = &mut self.finder
         {
             // Out of its range it keeps what it was told.
-            let _ = finder.tell(speed);
+            let _ = finder.tell(Some(speed));
         }
     }
 }

@@ -8,20 +8,18 @@ mod belief;
 mod hearing;
 mod moving;
 mod standing;
-mod turns;
 
 use super::MonitorConfig;
 use super::drift::Drift;
 use crate::condition::{
-    Band, Lock, SpeedFinderConfig, SpindleLines, SpindleLinesConfig, Tacho, TachoConfig, TachoFault,
+    Band, Lock, SpeedFinder, SpeedFinderConfig, SpindleLines, SpindleLinesConfig, Tacho,
+    TachoConfig, TachoFault,
 };
 use crate::decide::SPEED_ACCURACY;
 use crate::real::Real;
-use crate::verdict::Verdict;
 use crate::visit::state;
 use moving::Moving;
 use standing::Standing;
-use turns::Turns;
 
 /// The model hears up to this part of its rate, and down to this part of the band's lower
 /// edge, where the high-pass leaves 1/6 of a line.
@@ -81,7 +79,7 @@ pub struct SpindleReport<T> {
 /// The spindle of one monitor. By default nothing is known of one, and no line is looked for.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Spindle<T> {
-    finder: Option<Turns<T>>,
+    finder: Option<SpeedFinder<T>>,
     lines: Option<SpindleLines<T, LINES>>,
     tacho: Option<Tacho<T>>,
     /// The setting, and what stands for it since a speed near it was heard: an operator
@@ -168,7 +166,7 @@ impl<T: Real> Spindle<T> {
         };
         // Large: put there blank, and begun in its place.
         if finder.is_none() {
-            *finder = Some(Turns::BLANK);
+            *finder = Some(SpeedFinder::BLANK);
         }
         if finder.as_mut().is_none_or(|f| f.restart(&sought).is_err()) {
             *finder = None;
@@ -206,11 +204,10 @@ impl<T: Real> Spindle<T> {
         }
     }
 
-    /// Takes a decimated sample, which `sources` has kept; gives what the rotation does not force.
+    /// Takes a decimated sample; gives what the rotation does not force.
     #[inline(always)]
-    pub(super) fn process(&mut self, y: T, sources: &mut Verdict<T>) -> T {
-        let finder = self.finder.as_mut();
-        if let Some(finding) = finder.and_then(|finder| finder.go_on(sources)) {
+    pub(super) fn process(&mut self, y: T) -> T {
+        if let Some(finding) = self.finder.as_mut().and_then(|finder| finder.push(y)) {
             self.take(finding);
         }
         match &mut self.lines {
@@ -292,7 +289,7 @@ impl<T: Real> Spindle<T> {
         (self.contradiction, self.denied) = (None, 0);
         if let Some(finder) = &mut self.finder {
             // Out of its range it keeps what it was told.
-            let _ = finder.tell(spindle_hz);
+            let _ = finder.tell(Some(spindle_hz));
         }
         if self.tacho_reading.is_none() {
             self.lead(spindle_hz, spindle_hz * accuracy);

@@ -99,64 +99,6 @@ choice!(Phase: Collect, Transform, Unpack, Peaks, Told, Blind);
 #[derive(Debug, Clone)]
 pub struct SpeedFinder<T> {
     fft: SlicedFft<T, HALF>,
-    search: SpeedSearch<T>,
-}
-
-impl<T: Real> SpeedFinder<T> {
-    /// A finder that has heard nothing.
-    ///
-    /// # Errors
-    /// See [`SpeedFinderError`].
-    pub fn new(config: &SpeedFinderConfig) -> Result<Self, SpeedFinderError> {
-        let mut search = SpeedSearch::BLANK;
-        search.restart(config)?;
-        let fft = SlicedFft::default();
-        Ok(Self { fft, search })
-    }
-
-    /// Another told speed, Hz, or none; what was found before is forgotten. Slow path.
-    ///
-    /// # Errors
-    /// [`SpeedFinderError::Told`]; nothing has changed then.
-    pub fn tell(&mut self, told_hz: Option<T>) -> Result<(), SpeedFinderError> {
-        self.search.tell(told_hz)
-    }
-
-    /// Forgets the samples and the answers.
-    pub fn reset(&mut self) {
-        self.search.reset();
-    }
-
-    /// Length of a frame, s: for so long a speed must hold still to be found.
-    pub fn frame_s(&self) -> T {
-        self.search.frame_s()
-    }
-
-    /// Answer of the last cycle.
-    pub fn last(&self) -> Finding<T> {
-        self.search.last
-    }
-
-    /// Lines of the last spectrum, the strongest first: frequency, Hz, and power,
-    /// input units squared times an arbitrary factor.
-    pub fn lines(&self) -> impl Iterator<Item = (T, T)> + '_ {
-        let bin = self.search.bin_hz;
-        let peaks = self.search.peaks.as_slice().iter();
-        peaks.map(move |p| (p.bin * bin, p.power))
-    }
-
-    /// Takes a sample; gives an answer at the end of a cycle. A sample that is no
-    /// number starts the frame anew.
-    #[inline]
-    pub fn push(&mut self, y: T) -> Option<Finding<T>> {
-        self.search.push(y, &mut self.fft)
-    }
-}
-
-/// The search of a [`SpeedFinder`], without the transform, which it has only while
-/// [`SpeedSearch::needs_room`].
-#[derive(Debug, Clone)]
-pub(crate) struct SpeedSearch<T> {
     peaks: Peaks<T>,
     phase: Phase,
     at: usize,
@@ -176,16 +118,27 @@ pub(crate) struct SpeedSearch<T> {
     last: Finding<T>,
 }
 
-state! { SpeedSearch<T> {
-    peaks, phase, at, told, generator, multiple, tried, best, previous, last;
+state! { SpeedFinder<T> {
+    fft, peaks, phase, at, told, generator, multiple, tried, best, previous, last;
     settings bins, bin_hz, teeth, range;
     where *at <= FRAME && *multiple <= HALF as u32 && *tried < 1 << 20 && *generator <= MOST_PEAKS
 } }
 
-impl<T: Real> SpeedSearch<T> {
+impl<T: Real> SpeedFinder<T> {
+    /// A finder that has heard nothing.
+    ///
+    /// # Errors
+    /// See [`SpeedFinderError`].
+    pub fn new(config: &SpeedFinderConfig) -> Result<Self, SpeedFinderError> {
+        let mut finder = Self::BLANK;
+        finder.restart(config)?;
+        Ok(finder)
+    }
+
     /// Nothing at all, until [`Self::restart`]. Every bit is 0: where it is put, no copy of
     /// it is made first.
     pub(crate) const BLANK: Self = Self {
+        fft: SlicedFft::BLANK,
         peaks: Peaks::BLANK,
         phase: Phase::Collect,
         at: 0,
@@ -202,12 +155,13 @@ impl<T: Real> SpeedSearch<T> {
         last: Finding::NotEstimable,
     };
 
-    /// Forgets everything and begins with these settings, in place.
+    /// A finder that has heard nothing, as [`Self::new`] makes it, but in place: it is 9 KB,
+    /// and no second one lies on the stack meanwhile.
     ///
     /// # Errors
     /// See [`SpeedFinderError`]; of no use then, until it is restarted again.
     #[inline(never)]
-    pub(crate) fn restart(&mut self, config: &SpeedFinderConfig) -> Result<(), SpeedFinderError> {
+    pub fn restart(&mut self, config: &SpeedFinderConfig) -> Result<(), SpeedFinderError> {
         let fs = config.fs_hz;
         if !(fs.is_finite() && fs > 0.0) {
             return Err(SpeedFinderError::Rate);
@@ -219,6 +173,7 @@ impl<T: Real> SpeedSearch<T> {
         let bin = fs / FRAME as f64;
         // All of them by name, so that none is forgotten; the others are `tell`'s.
         let Self {
+            fft,
             peaks,
             phase: _,
             at: _,
@@ -234,6 +189,7 @@ impl<T: Real> SpeedSearch<T> {
             previous: _,
             last: _,
         } = self;
+        fft.restart();
         *peaks = Peaks::BLANK;
         *bins = (
             ((low_hz / bin) as usize).max(3),
@@ -254,7 +210,7 @@ impl<T: Real> SpeedSearch<T> {
     ///
     /// # Errors
     /// [`SpeedFinderError::Told`]; nothing has changed then.
-    pub(crate) fn tell(&mut self, told_hz: Option<T>) -> Result<(), SpeedFinderError> {
+    pub fn tell(&mut self, told_hz: Option<T>) -> Result<(), SpeedFinderError> {
         if let Some(told) = told_hz {
             let least = self.bin_hz * T::from_f64(LEAST_SPACING_BINS);
             let most = self.bin_hz * T::from_u32(self.bins.1 as u32);
@@ -268,7 +224,7 @@ impl<T: Real> SpeedSearch<T> {
     }
 
     /// Forgets the samples and the answers.
-    pub(crate) fn reset(&mut self) {
+    pub fn reset(&mut self) {
         self.phase = Phase::Collect;
         self.at = 0;
         self.previous = None;
@@ -276,50 +232,49 @@ impl<T: Real> SpeedSearch<T> {
     }
 
     /// Length of a frame, s: for so long a speed must hold still to be found.
-    pub(crate) fn frame_s(&self) -> T {
+    pub fn frame_s(&self) -> T {
         T::ONE / self.bin_hz
     }
 
-    /// Another transform is needed: samples are put into it, or it is worked on, from the next
-    /// [`Self::push`] on.
-    pub(crate) fn needs_room(&self) -> bool {
-        !matches!(self.phase, Phase::Told | Phase::Blind)
+    /// Answer of the last cycle.
+    pub fn last(&self) -> Finding<T> {
+        self.last
     }
 
-    /// [`Self::push`]es from the first sample of a frame until the transform is not needed any more,
-    /// at most.
-    pub(crate) const WITH_ROOM: usize = FRAME
-        + SlicedFft::<f32, HALF>::BUTTERFLIES.div_ceil(BUTTERFLIES)
-        + (HALF / 2 + 1).div_ceil(PAIRS)
-        + HALF.div_ceil(BINS)
-        + 3;
+    /// Lines of the last spectrum, the strongest first: frequency, Hz, and power,
+    /// input units squared times an arbitrary factor.
+    pub fn lines(&self) -> impl Iterator<Item = (T, T)> + '_ {
+        let bin = self.bin_hz;
+        let peaks = self.peaks.as_slice().iter();
+        peaks.map(move |p| (p.bin * bin, p.power))
+    }
 
-    /// Takes a sample, or goes on with the work on those before; gives an answer at the end of a
-    /// cycle. A sample that is no number starts the frame anew.
+    /// Takes a sample; gives an answer at the end of a cycle. A sample that is no
+    /// number starts the frame anew.
     #[inline]
-    pub(crate) fn push(&mut self, y: T, fft: &mut SlicedFft<T, HALF>) -> Option<Finding<T>> {
+    pub fn push(&mut self, y: T) -> Option<Finding<T>> {
         match self.phase {
-            Phase::Collect => self.collect(y, fft),
+            Phase::Collect => self.collect(y),
             Phase::Transform => {
-                if fft.transform(BUTTERFLIES) {
+                if self.fft.transform(BUTTERFLIES) {
                     self.phase = Phase::Unpack;
                 }
             }
             Phase::Unpack => {
-                if fft.unpack(PAIRS) {
+                if self.fft.unpack(PAIRS) {
                     self.phase = Phase::Peaks;
                     self.peaks.clear();
                     self.at = self.bins.0;
                 }
             }
-            Phase::Peaks => self.look_for_peaks(fft),
+            Phase::Peaks => self.look_for_peaks(),
             Phase::Told => return self.search_told(),
             Phase::Blind => return self.search_blind(),
         }
         None
     }
 
-    fn collect(&mut self, y: T, fft: &mut SlicedFft<T, HALF>) {
+    fn collect(&mut self, y: T) {
         if !y.is_finite() {
             self.at = 0;
             return;
@@ -327,7 +282,7 @@ impl<T: Real> SpeedSearch<T> {
         let angle = T::from_f64(core::f64::consts::TAU / FRAME as f64);
         // The angle from −π to π, where sine and cosine are most exact.
         let (_, c) = ((T::from_u32(self.at as u32) + T::from_f64(0.5)) * angle - T::PI).sin_cos();
-        fft.put(self.at, y * (T::ONE + c) * T::from_f64(0.5));
+        self.fft.put(self.at, y * (T::ONE + c) * T::from_f64(0.5));
         self.at += 1;
         if self.at >= FRAME {
             self.phase = Phase::Transform;
@@ -335,7 +290,7 @@ impl<T: Real> SpeedSearch<T> {
     }
 
     /// Looks at [`BINS`] bins; of two in a row only one can be a peak.
-    fn look_for_peaks(&mut self, fft: &SlicedFft<T, HALF>) {
+    fn look_for_peaks(&mut self) {
         for _ in 0..BINS {
             if self.at >= self.bins.1 {
                 self.generator = 0;
@@ -348,7 +303,7 @@ impl<T: Real> SpeedSearch<T> {
                 self.multiple = 0;
                 return;
             }
-            if let Some(peak) = peak_at(fft, self.bins, self.at) {
+            if let Some(peak) = peak_at(&self.fft, self.bins, self.at) {
                 self.peaks.insert(peak);
             }
             self.at += 1;

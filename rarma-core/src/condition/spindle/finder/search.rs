@@ -5,7 +5,7 @@
 
 use super::comb::{Multiples, Score};
 use super::peaks::Peaks;
-use super::{CHANCE_BLIND, CHANCE_TOLD, Comb, Finding, Phase, SpeedSearch, TOLD_RANGE};
+use super::{CHANCE_BLIND, CHANCE_TOLD, Comb, Finding, Phase, SpeedFinder, TOLD_RANGE};
 use crate::real::Real;
 
 /// Two answers in a row that nobody told agree within this fraction, or there is none.
@@ -13,7 +13,7 @@ const AGREE: f64 = 0.015;
 /// Most candidates that are counted, ln.
 const LN_MANY: f64 = 16.0;
 
-impl<T: Real> SpeedSearch<T> {
+impl<T: Real> SpeedFinder<T> {
     /// Next multiple of the present generator, or the first of the next one, with the
     /// spacing inside `lo..=hi`; none when all have been tried.
     fn next_candidate(&mut self, lo: T, hi: T) -> Option<(usize, T)> {
