@@ -17,7 +17,7 @@ const MOST_MISSING: u64 = 1 << 36;
 
 /// Listens, and says at the rate asked for what it hears; alarms at once.
 ///
-/// A duty is 56 KB: a board with little memory keeps one in a static, idle at first, and
+/// A duty is 51 KB: a board with little memory keeps one in a static, idle at first, and
 /// has it [`begin`](Self::begin) there.
 #[derive(Debug, Clone)]
 pub struct MonitorDuty {

@@ -1,6 +1,6 @@
 //! A monitor begins, where it lies.
 //!
-//! Slow path. A monitor is 56 KB, and a box has one for ever, in static memory. A new one that
+//! Slow path. A monitor is 51 KB, and a box has one for ever, in static memory. A new one that
 //! is built by value needs its size on the stack, and again for every function that hands it
 //! on; so each part is begun anew in its place, and nothing larger than a small part lies on
 //! the stack meanwhile.

@@ -43,7 +43,7 @@ enum Phase {
     Transform,
     Unpack,
     Smooth(usize),
-    /// Not the first, which would make a blank verdict all zeros: the compiler (1.96) then makes its 33 KB on
+    /// Not the first, which would make a blank verdict all zeros: the compiler (1.96) then makes its 30 KB on
     /// the stack of whoever starts a box, where it copies what is not from the flash to its place.
     Done,
 }
