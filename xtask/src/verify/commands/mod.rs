@@ -2,7 +2,7 @@
 //! run in a scratch folder, or it is known which other stage runs it, or why nobody can.
 //!
 //! [`pages`] finds the lines, [`shell`] takes them apart, [`plan`] says what is done with a
-//! command, [`roles`] what its arguments are; [`inputs`] makes stand-ins for a reader's own
+//! command, [`roles`](crate::inputs::roles) what its arguments are; [`inputs`](crate::inputs) makes stand-ins for a reader's own
 //! files, [`run`] runs, `lookup` asks whether named tests exist. What is not known is a failure.
 
 mod lookup;
