@@ -9,8 +9,11 @@ pub use realfft::num_complex::Complex;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use std::sync::Arc;
 
+/// A planned way to the lines.
+pub type Forward = Arc<dyn RealToComplex<f64>>;
+
 /// `length` real numbers to `length/2 + 1` complex lines.
-pub fn forward(length: usize) -> Arc<dyn RealToComplex<f64>> {
+pub fn forward(length: usize) -> Forward {
     RealFftPlanner::new().plan_fft_forward(length)
 }
 
@@ -19,9 +22,6 @@ pub fn forward(length: usize) -> Arc<dyn RealToComplex<f64>> {
 pub fn inverse(length: usize) -> Arc<dyn ComplexToReal<f64>> {
     RealFftPlanner::new().plan_fft_inverse(length)
 }
-
-/// A planned way to the lines, to be kept.
-pub type Forward = Arc<dyn RealToComplex<f64>>;
 
 #[cfg(test)]
 mod tests {

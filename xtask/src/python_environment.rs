@@ -1,6 +1,6 @@
 //! A Python apart from that of the machine, with the packages of a list.
 
-use crate::{Failure, Result, process};
+use crate::{Failure, Result, Workspace, process};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -35,6 +35,23 @@ impl Environment {
             Failure::new(format!("cannot write {}", stamp.display())).because(why)
         })?;
         Ok(environment)
+    }
+
+    /// The interpreter of one below the target folder, with the packages of a list of the workspace.
+    ///
+    /// # Errors
+    /// There is no Python, or the packages cannot be had.
+    pub(crate) fn kept(workspace: &Workspace, name: &str, packages: &str) -> Result<PathBuf> {
+        let packages = workspace.root().join(packages);
+        let Some(python) = process::find_program("python3") else {
+            return Err(Failure::new(format!(
+                "no python3 for the packages of {}",
+                packages.display()
+            ))
+            .advise("install Python 3.9 or later with venv and pip"));
+        };
+        let folder = workspace.target_dir().join(name);
+        Ok(Self::make(&python, folder, &packages)?.program())
     }
 
     /// A new one with a wheel and what it depends on, each time.

@@ -2,7 +2,7 @@
 
 use crate::python_environment::Environment;
 use crate::toolchain::packages;
-use crate::{Failure, Result, Workspace, process};
+use crate::{Result, Workspace};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -17,13 +17,7 @@ const SECOND: &str = "rarma-fleet/tests/plant/requirements.txt";
 /// One of them cannot be had.
 pub(crate) fn broker(workspace: &Workspace) -> Result<PathBuf> {
     packages::install(&PACKAGES)?;
-    let Some(python) = process::find_program("python3") else {
-        return Err(Failure::new(
-            "no python3 for a second implementation of Sparkplug B",
-        ));
-    };
-    let folder = workspace.target_dir().join("gateway-py");
-    Ok(Environment::make(&python, folder, &workspace.root().join(SECOND))?.program())
+    Environment::kept(workspace, "gateway-py", SECOND)
 }
 
 /// Tells tests that they must not do without the broker, and which Python has the second implementation.

@@ -2,7 +2,7 @@
 
 use crate::python_environment::Environment;
 use crate::toolchain::packages;
-use crate::{Failure, Result, Workspace, process};
+use crate::{Result, Workspace};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -21,11 +21,7 @@ pub(crate) fn databases(workspace: &Workspace) -> Result<PathBuf> {
     if !Path::new(PROGRAMS).exists() {
         packages::install(&[POSTGRES])?;
     }
-    let Some(python) = process::find_program("python3") else {
-        return Err(Failure::new("no python3 for ClickHouse's engine"));
-    };
-    let folder = workspace.target_dir().join("plant-py");
-    Ok(Environment::make(&python, folder, &workspace.root().join(ENGINE))?.program())
+    Environment::kept(workspace, "plant-py", ENGINE)
 }
 
 /// Tells tests that they must not leave out a database, and which Python has ClickHouse's engine.
