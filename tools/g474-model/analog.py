@@ -148,12 +148,17 @@ class Analog:
         if due <= first:
             return
         self.count[adc] = due
-        mode = self.bits(adc, CFGR, 0, 2)
-        dma = self.bus.channel(self.bus.request(f"ADC{adc}", f"ADC{adc}")) if mode & 1 else None
+        dma = self._carrier(adc)
         if dma is None or "stopped" in self.forced:
             return
         pin = self.source(adc, self.bits(adc, SQR1, 6, 5))
         dma.to_memory(self._codes(adc, pin, first, due - first), 2, ADC[adc] + DR)
+
+    def _carrier(self, adc):
+        """The DMA channel of a converter."""
+        if not self.bits(adc, CFGR, 0, 2) & 1:
+            return None
+        return self.bus.channel(self.bus.request(f"ADC{adc}", f"ADC{adc}"))
 
     def _codes(self, adc, pin, first, count):
         """Codes of a run of samples: the sound of the pin, in sums of eight."""
@@ -307,7 +312,15 @@ class Analog:
                 self.flags[adc] = 0
 
     def next_event(self):
-        return NEVER
+        """When a converter's DMA next interrupts; samples themselves are no events."""
+        moments = [NEVER]
+        for adc in MICROPHONES:
+            period, dma = self.period(adc), self._carrier(adc)
+            left = dma.to_flag() if period and dma else None
+            if left:
+                since = self.since.get(adc, self.bus.now)
+                moments.append(since + (self.count[adc] + left) * period)
+        return min(moments)
 
     def happen(self):
         for adc in MICROPHONES:

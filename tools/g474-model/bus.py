@@ -10,7 +10,7 @@ wrong samples here too.
 
 from analog import Analog
 from clocks import WATCHED, ClockTree
-from dma import DMA1, Dma
+from dma import DMA1, Dma, Flags
 from entropy import Random
 from memo import until_written
 from mpu import Mpu
@@ -78,7 +78,8 @@ class Bus:
         self.power.every = every
         self.analog.restart()
         self.parts = [self.clock, self.power, self.analog, self.serial, self.flash, self.supply]
-        self.parts.append(self.random)
+        self.dma_flags = Flags(self)
+        self.parts += [self.random, self.dma_flags]
         self.mpu = Mpu(self)
         # What a reset leaves is the register file's, but for the option bytes and why there was
         # a reset: flags of those before it stay until they are taken back.

@@ -1,7 +1,7 @@
 """The Cortex-M4 of the model: memory, exceptions, and time that events make.
 
 Instructions are executed by unicorn and take no time. Time goes on where the image sleeps
-(`wfi`), event by event, and by a few ticks whenever it reads the clock. One interrupt is
+(`wfi`, `wfe`), event by event, and by a few ticks whenever it reads the clock. One interrupt is
 served at a time, in the order of their numbers: priorities and preemption are not modelled.
 """
 
@@ -12,6 +12,7 @@ import struct
 import trace
 from unicorn import (
     UC_ARCH_ARM,
+    UC_ERR_INSN_INVALID,
     UC_HOOK_CODE,
     UC_HOOK_INTR,
     UC_HOOK_MEM_INVALID,
@@ -49,7 +50,8 @@ FRAME_BYTES = 0x68
 # Instructions that may let interrupts in again: `cpsie i`, and `msr primask` of a register.
 CPSIE = b"\x62\xb6"
 MSR_PRIMASK = b"\x10\x88"
-WFI = b"\x30\xbf"
+# `wfi`, and `wfe`, whose event is taken for an interrupt.
+SLEEPS = (b"\x30\xbf", b"\x20\xbf")
 
 PAINT = 0xA5
 # e_machine of an ELF file.
@@ -293,14 +295,16 @@ class Core:
         try:
             self.uc.emu_start(pc, until)
         except UcError as why:
-            here = self.uc.reg_read(UC_ARM_REG_PC)
-            raise Stuck(f"{why} at {here:#x} ({self.trouble})") from why
+            # The emulator ends at a `wfe` as at an instruction that it does not know.
+            if why.errno != UC_ERR_INSN_INVALID or not self._slept():
+                here = self.uc.reg_read(UC_ARM_REG_PC)
+                raise Stuck(f"{why} at {here:#x} ({self.trouble})") from why
         if self.trouble:
             raise Stuck(self.trouble)
 
     def _slept(self):
         here = self.uc.reg_read(UC_ARM_REG_PC) & ~1
-        return bytes(self.uc.mem_read(here - 2, 2)) == WFI
+        return bytes(self.uc.mem_read(here - 2, 2)) in SLEEPS
 
     def _unmask(self):
         """Executes the instruction at which the program was held back; its length, or 0."""

@@ -1,8 +1,12 @@
-"""The channels of DMA1, each with the request that the multiplexer gives it."""
+"""The channels of DMA1, each with the request that the multiplexer gives it, and their interrupts."""
 
 from unicorn import UcError
 
 DMA1, DMAMUX1 = 0x4002_0000, 0x4002_0800
+ISR, IFCR = DMA1, DMA1 + 4
+# Flags of a channel, and what of its control register lets them interrupt.
+WHOLE, HALF = 2, 4
+NEVER = 1 << 62
 
 
 class Dma:
@@ -26,6 +30,13 @@ class Dma:
     def circular(self):
         """Starts again at its end."""
         return bool(self.bus.stored(self.base) >> 5 & 1)
+
+    def to_flag(self):
+        """Transfers until the next flag that interrupts, or none."""
+        if not self.bus.stored(self.base) & (WHOLE | HALF) or not self.length():
+            return None
+        done, length = self.done % self.length(), self.length()
+        return (length // 2 if done < length // 2 else length) - done
 
     def left(self):
         """What CNDTR says."""
@@ -55,8 +66,49 @@ class Dma:
                 self.fail()
                 return
             self.done += 1
+            in_round = self.done % length
+            if in_round in (0, length // 2):
+                self.bus.dma_flags.set(self.number, HALF if in_round else WHOLE)
 
     def fail(self):
         """An address where no memory is: a transfer error, which switches the channel off."""
         self.bus.register[self.base] = self.bus.stored(self.base) & ~1
         self.bus.settled.clear()
+
+
+class Flags:
+    """Which channels have carried half of a round, or all of it, and whom that interrupts."""
+
+    def __init__(self, bus):
+        self.bus, self.flags = bus, 0
+
+    def set(self, number, flag):
+        """A channel has got so far."""
+        self.flags |= (flag | 1) << 4 * number
+
+    def read(self, address):
+        return self.flags if address == ISR else None
+
+    def write(self, address, value):
+        """Writing 1 takes a flag back; of the whole channel all."""
+        if address == IFCR:
+            whole = sum(0xF << 4 * k for k in range(8) if value >> 4 * k & 1)
+            self.flags &= ~(value | whole)
+        return address == IFCR
+
+    def put_back(self, addresses):
+        if ISR in addresses:
+            self.flags = 0
+
+    def next_event(self):
+        return NEVER
+
+    def happen(self):
+        pass
+
+    def interrupts(self):
+        wanted = set()
+        for dma in self.bus.dma:
+            if self.flags >> 4 * dma.number & self.bus.stored(dma.base) & (WHOLE | HALF):
+                wanted.add(self.bus.data["interrupts"][f"DMA1_CHANNEL{dma.number + 1}"])
+        return wanted

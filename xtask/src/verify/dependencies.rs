@@ -12,11 +12,12 @@ use super::spdx;
 use crate::{Failure, Result, Workspace, process};
 
 /// Manifests of the workspace and of the helpers that are workspaces of their own.
-pub const MANIFESTS: [&str; 5] = [
+pub const MANIFESTS: [&str; 6] = [
     "Cargo.toml",
     crate::book::MANIFEST,
     super::python::MANIFEST,
     "tools/defmt-log/Cargo.toml",
+    super::on_embassy::MANIFEST,
     "tools/m4-cycles/Cargo.toml",
 ];
 

@@ -10,6 +10,7 @@ pub mod commands;
 pub mod dependencies;
 mod fuzz;
 mod manifests;
+mod on_embassy;
 mod packed;
 mod plant;
 mod plant_gateway;

@@ -5,7 +5,10 @@ use std::process::Command;
 
 use super::cargo_deny::CargoDeny;
 use super::summary::Outcome;
-use super::{Request, browser, commands, dependencies, fuzz, packed, plant, plant_gateway, python};
+use super::{
+    Request, browser, commands, dependencies, fuzz, on_embassy, packed, plant, plant_gateway,
+    python,
+};
 use crate::arm_image::ArmImage;
 use crate::chip::figures::Figures;
 use crate::chip::model::Model;
@@ -32,6 +35,7 @@ pub const ALL: &[(&str, Check)] = &[
     ("firmware image", firmware_image),
     ("board image", board_image),
     ("Pico image", pico_image),
+    ("example on embassy", on_embassy::check),
     ("host tests", host_tests),
     ("sound card", sound_card),
     ("plant records", plant::records),
