@@ -76,7 +76,7 @@ fn cut(mill: &mut LinuxCnc, case: &Case) -> Judged {
     let unturned = simulated(case, false, true);
     let judged = played.judge(case, Some(&unturned));
     println!(
-        "{:.0} 1/min, {} teeth, behind the clock by {:.3} s at most: {judged:.3?}",
+        "{:.0} 1/min, {} teeth, behind the clock by {:.3} s at most: {judged:?}",
         60.0 * hz,
         case.cut.teeth(),
         clock.late_s
