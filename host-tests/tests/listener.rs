@@ -5,8 +5,8 @@
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
-use firmware::board::{Listener, ListeningBox, ResetCause};
-use firmware::{Block, BoardError, BoardErrorKind, SensorBox};
+use firmware::board::{Listener, ResetCause};
+use firmware::{Block, BoardError, BoardErrorKind, ListeningBox, SensorBox};
 use hal_sim::SimHost;
 use rarma_box::guard::{Denial, FaultCode, KEPT_BYTES, Mode};
 use rarma_box::settings::{self, SettingValue};

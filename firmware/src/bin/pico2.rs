@@ -16,10 +16,10 @@ mod target {
     use core::pin::pin;
     use core::sync::atomic::{AtomicBool, Ordering};
     use defmt_rtt as _;
-    use firmware::SensorBox;
-    use firmware::board::{Emergency, ListeningBox};
+    use firmware::board::Emergency;
     use firmware::boards::pico2::{LastResort, Pico2, reset, serve};
     use firmware::last_words::last_words;
+    use firmware::{ListeningBox, SensorBox};
     use rarma_box::guard::FaultCode;
     use static_cell::StaticCell;
 

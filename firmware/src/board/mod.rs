@@ -12,11 +12,13 @@
 mod code;
 mod coils;
 mod listener;
+mod order;
 mod whole;
 
 pub use code::{AdcCode, DacCode};
 pub use coils::{COILS, CoilBridge};
-pub use listener::{Listener, ListenerError, ListeningBox};
+pub use listener::Listener;
+pub use order::{CoilAction, CoilLimits, CoilOrder, CoilReport, CoilTrip, ForceScale};
 pub use whole::{
     BoxBoard, Contacts, Emergency, FlashSeen, GAPS, LEAST_BROWN_OUT_MV, Lights, Origin, Pulse,
     ResetCause, SensorCodes, WATCHDOG_US,

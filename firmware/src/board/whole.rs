@@ -1,7 +1,6 @@
 //! The whole box: every verb beside the current loop's.
 
-use super::{AdcCode, Block, BoardError, DacCode};
-use crate::current_loop::{CoilOrder, CoilReport};
+use super::{AdcCode, Block, BoardError, CoilOrder, CoilReport, DacCode};
 use core::ops::Range;
 use rarma_box::guard::KEPT_BYTES;
 use rarma_rigs::cers::Source;

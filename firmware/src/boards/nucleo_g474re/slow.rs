@@ -6,10 +6,9 @@ use super::settings_flash::{self, SettingsFlash};
 use super::timing::{PWM_HZ, SAMPLE_HZ, TICK_HZ};
 use super::{bridges, clock, injected, memory, random, scaling, supply};
 use crate::board::{
-    Block, BoardError, BoardErrorKind, BoxBoard, Contacts, DacCode, Emergency, FlashSeen, Lights,
-    Origin, Pulse, ResetCause, SensorCodes,
+    Block, BoardError, BoardErrorKind, BoxBoard, CoilOrder, CoilReport, Contacts, DacCode,
+    Emergency, FlashSeen, Lights, Origin, Pulse, ResetCause, SensorCodes,
 };
-use crate::current_loop::{CoilOrder, CoilReport};
 use core::ops::Range;
 use embassy_stm32::pac::{ADC4, ADC5, DAC1, GPIOA, GPIOC};
 use rarma_box::guard::KEPT_BYTES;

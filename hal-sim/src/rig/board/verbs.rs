@@ -6,10 +6,9 @@ use crate::rig::fault::FaultKind;
 use crate::rig::flash::{SECTOR, SECTORS, SimFlash};
 use crate::rig::plant::Spoilt;
 use firmware::board::{
-    AdcCode, Contacts, DacCode, FlashSeen, Lights, Origin, Pulse, ResetCause, SensorCodes,
-    WATCHDOG_US,
+    AdcCode, CoilOrder, CoilReport, Contacts, DacCode, FlashSeen, Lights, Origin, Pulse,
+    ResetCause, SensorCodes, WATCHDOG_US,
 };
-use firmware::current_loop::{CoilOrder, CoilReport};
 use firmware::{Block, BoardErrorKind, BoxBoard};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
