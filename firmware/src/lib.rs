@@ -11,7 +11,7 @@ pub mod bar;
 pub mod bits;
 pub mod board;
 pub mod boards;
-pub mod commands;
+mod commands;
 mod control;
 pub mod current_loop;
 pub mod exciting;

@@ -84,7 +84,7 @@ impl SensorBox {
     /// Second half of a start, once: says what was found, and begins to listen if the
     /// settings say so.
     pub fn open<B: BoxBoard>(&mut self, board: &mut B) {
-        let hello = crate::commands::identity::<B>(self);
+        let hello = self.identity::<B>();
         self.tell.tell(board, &Telemetry::Hello(hello));
         if let Some(record) = self.unsaid.take() {
             self.tell.fault(board, record, Severity::Trip, Mode::Safe);

@@ -151,7 +151,7 @@ impl SensorBox {
         true
     }
 
-    pub(crate) fn spindle_hz(&self, now_us: u64) -> Option<f32> {
+    pub(super) fn spindle_hz(&self, now_us: u64) -> Option<f32> {
         let pulses = self.settings.whole(TACHO_PULSES);
         if pulses == 0 {
             return None;
