@@ -121,7 +121,7 @@ impl Control {
         }
     }
 
-    /// Control changes hands: another turn begins, whose number is `drawn` unless it is none.
+    /// Control changes hands: another turn begins, by a number that was drawn ([`other_than`]).
     pub fn hand_over(&mut self, by: u32, why: Handed, drawn: u32) {
         *self = Self {
             by,

@@ -5,8 +5,9 @@
 //! those of every other box, and so are frames and commands.
 
 use crate::board::{
-    AdcCode, Block, BoardError, BoardErrorKind, BoxBoard, COILS, CoilBridge, CoilOrder, CoilReport,
-    Contacts, DacCode, Emergency, GAPS, Lights, Listener, Origin, Pulse, ResetCause, SensorCodes,
+    AdcCode, Block, Board, BoardError, BoardErrorKind, BoxBoard, COILS, Clock, CoilBridge,
+    CoilOrder, CoilReport, Contacts, DacCode, Emergency, GAPS, Lights, Listener, Origin, Pulse,
+    ResetCause, SensorCodes,
 };
 use crate::current_loop::{CurrentLoop, MainSide};
 use core::ops::Range;
@@ -15,27 +16,6 @@ use rarma_rigs::cers::Source;
 
 /// Periods of the current loop a second that is no interrupt's here, but the slow duty's.
 const LOOP_RATE_HZ: f64 = 1000.0;
-
-/// An error of a board that listens, or of what it does not have.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ListenerError<E> {
-    /// The board's own.
-    Board(E),
-    /// There is no power stage, valve or gate.
-    NoOutput,
-    /// There is no converter beside the microphone.
-    NoConverter,
-}
-
-impl<E: BoardError> BoardError for ListenerError<E> {
-    fn kind(&self) -> BoardErrorKind {
-        match self {
-            Self::Board(error) => error.kind(),
-            Self::NoOutput => BoardErrorKind::Refused,
-            Self::NoConverter => BoardErrorKind::Converter,
-        }
-    }
-}
 
 /// The whole box on a board that only listens.
 #[derive(Debug)]
@@ -66,10 +46,10 @@ impl<L> ListeningBox<L> {
 struct NoBridges;
 
 impl CoilBridge for NoBridges {
-    type Error = ListenerError<core::convert::Infallible>;
+    type Error = BoardErrorKind;
 
     fn currents(&mut self) -> Result<[AdcCode; COILS], Self::Error> {
-        Err(ListenerError::NoConverter)
+        Err(BoardErrorKind::Converter)
     }
 
     fn gaps(&mut self) -> [AdcCode; GAPS] {
@@ -77,7 +57,7 @@ impl CoilBridge for NoBridges {
     }
 
     fn set_duty(&mut self, _: [f32; COILS]) -> Result<(), Self::Error> {
-        Err(ListenerError::NoOutput)
+        Err(BoardErrorKind::Refused)
     }
 
     fn off(&mut self) {}
@@ -89,18 +69,26 @@ impl CoilBridge for NoBridges {
     fn rearm(&mut self) {}
 }
 
-impl BoardError for core::convert::Infallible {
-    fn kind(&self) -> BoardErrorKind {
-        match *self {}
+impl<L: Listener> Clock for ListeningBox<L> {
+    fn now_us(&mut self) -> u64 {
+        self.board.now_us()
+    }
+}
+
+impl<L: Listener> Board for ListeningBox<L> {
+    type Error = BoardErrorKind;
+
+    fn samples(&mut self, block: &mut [f32]) -> Result<Block, Self::Error> {
+        self.board.samples(block).map_err(|error| error.kind())
+    }
+
+    fn send(&mut self, frame: &[u8]) -> Result<(), Self::Error> {
+        self.board.send(frame).map_err(|error| error.kind())
     }
 }
 
 impl<L: Listener> Emergency for ListeningBox<L> {
     fn drop_outputs(&mut self) {}
-
-    fn now_us(&mut self) -> u64 {
-        self.board.now_us()
-    }
 
     fn keep(&mut self, bytes: &[u8; KEPT_BYTES]) {
         self.board.keep(bytes);
@@ -108,7 +96,6 @@ impl<L: Listener> Emergency for ListeningBox<L> {
 }
 
 impl<L: Listener> BoxBoard for ListeningBox<L> {
-    type Error = ListenerError<L::Error>;
     type Flash = L::Flash;
 
     const NAME: &'static str = L::NAME;
@@ -117,10 +104,6 @@ impl<L: Listener> BoxBoard for ListeningBox<L> {
 
     fn wait(&mut self) {
         self.board.wait();
-    }
-
-    fn samples(&mut self, block: &mut [f32]) -> Result<Block, Self::Error> {
-        self.board.samples(block).map_err(ListenerError::Board)
     }
 
     fn pulse(&mut self) -> Option<Pulse> {
@@ -138,11 +121,11 @@ impl<L: Listener> BoxBoard for ListeningBox<L> {
     }
 
     fn sensors(&mut self) -> Result<SensorCodes, Self::Error> {
-        Err(ListenerError::NoConverter)
+        Err(BoardErrorKind::Converter)
     }
 
     fn valve(&mut self, _: DacCode) -> Result<(), Self::Error> {
-        Err(ListenerError::NoOutput)
+        Err(BoardErrorKind::Refused)
     }
 
     /// Nobody can have closed an enable input that is not there, nor pressed a stop.
@@ -154,7 +137,7 @@ impl<L: Listener> BoxBoard for ListeningBox<L> {
     }
 
     fn energise(&mut self) -> Result<(), Self::Error> {
-        Err(ListenerError::NoOutput)
+        Err(BoardErrorKind::Refused)
     }
 
     fn energised(&mut self) -> bool {
@@ -182,16 +165,12 @@ impl<L: Listener> BoxBoard for ListeningBox<L> {
     }
 
     fn receive(&mut self, bytes: &mut [u8]) -> Result<usize, Self::Error> {
-        self.board.receive(bytes).map_err(ListenerError::Board)
+        self.board.receive(bytes).map_err(|error| error.kind())
     }
 
     /// Wherever the link is led to: nothing can be energised.
     fn origin(&mut self) -> Origin {
         Origin::OwnPort
-    }
-
-    fn send(&mut self, frame: &[u8]) -> Result<(), Self::Error> {
-        self.board.send(frame).map_err(ListenerError::Board)
     }
 
     fn lights(&mut self, lights: Lights) {

@@ -1,9 +1,6 @@
-//! Frames out, for the whole box: numbers them, hands them over whole, counts what the link
-//! did not take.
+//! Frames out: numbers them, hands them over whole, counts what the link did not take.
 
-use crate::bar::BarDuty;
-use crate::board::BoxBoard;
-use crate::exciting::Exciting;
+use crate::board::Board;
 use rarma_box::guard::{FaultCode, FaultRecord, Mode, Severity};
 use rarma_box::wire::{FaultMessage, MAX_FRAME, Telemetry, encode};
 
@@ -46,7 +43,7 @@ impl Teller {
 
     /// Sends one message. One that the link does not take is counted and left behind; the
     /// gap in the numbers tells the host. True if it was taken.
-    pub fn tell<B: BoxBoard>(&mut self, board: &mut B, message: &Telemetry) -> bool {
+    pub fn tell<B: Board>(&mut self, board: &mut B, message: &Telemetry) -> bool {
         let mut buffer = [0u8; MAX_FRAME];
         let sent = match encode(message, self.session, self.sequence, &mut buffer) {
             Ok(frame) => board.send(frame).is_ok(),
@@ -60,23 +57,9 @@ impl Teller {
         sent
     }
 
-    /// Tells what the ball bar has to say, one message a millisecond.
-    pub fn circles<B: BoxBoard>(&mut self, board: &mut B, bar: &mut BarDuty) {
-        if let Some(news) = bar.news() {
-            self.tell(board, &Telemetry::Circle(news));
-        }
-    }
-
-    /// Tells what the exciter has to say, one message a millisecond.
-    pub fn excitation<B: BoxBoard>(&mut self, board: &mut B, exciting: &mut Exciting) {
-        if let Some(news) = exciting.news() {
-            self.tell(board, &Telemetry::Excitation(news));
-        }
-    }
-
     /// Tells of a fault, unless the same one at the same place has just been told, as grave. A
     /// message the link did not take has not been told.
-    pub fn fault<B: BoxBoard>(
+    pub fn fault<B: Board>(
         &mut self,
         board: &mut B,
         record: FaultRecord,

@@ -12,7 +12,7 @@ fn main() {
 mod target {
     use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS, exit};
     use firmware::boards::mps2_an386::{Mps2, SetUpError};
-    use firmware::{App, Outcome};
+    use firmware::{Job, Outcome};
     use {cortex_m as _, defmt_semihosting as _};
 
     defmt::timestamp!("{=u32}", 0);
@@ -41,8 +41,8 @@ mod target {
                 fail()
             }
         };
-        let outcome = match App::start(&mut board, &job) {
-            Ok(mut app) => app.run(),
+        let outcome = match Job::start(&mut board, &job) {
+            Ok(mut job) => job.run(),
             Err(refusal) => Outcome::Refused(refusal),
         };
         match outcome {

@@ -16,7 +16,7 @@ mod target {
     use core::sync::atomic::{AtomicBool, Ordering};
     use defmt_rtt as _;
     use firmware::SensorBox;
-    use firmware::board::{BoxBoard, Emergency};
+    use firmware::board::{BoxBoard, Clock, Emergency};
     use firmware::boards::nucleo_g474re::{
         LastResort, MemoryError, Nucleo, crystal_has_failed, memory_failed,
     };

@@ -16,7 +16,7 @@ mod target {
     use core::pin::pin;
     use core::sync::atomic::{AtomicBool, Ordering};
     use defmt_rtt as _;
-    use firmware::board::Emergency;
+    use firmware::board::{Clock, Emergency};
     use firmware::boards::pico2::{LastResort, Pico2, reset, serve};
     use firmware::last_words::last_words;
     use firmware::{ListeningBox, SensorBox};

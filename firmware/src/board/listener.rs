@@ -1,14 +1,12 @@
 //! A board that only listens: samples, link, settings and watchdog. [`ListeningBox`](crate::ListeningBox)
 //! makes the whole box's board of it.
 
-use super::{Block, BoardError, Lights, ResetCause};
+use super::{Board, Lights, ResetCause};
 use core::ops::Range;
 use rarma_box::guard::KEPT_BYTES;
 
-/// The verbs of a board that listens. Each has the contract of [`BoxBoard`](super::BoxBoard)'s verb of its name.
-pub trait Listener {
-    /// The board's error.
-    type Error: BoardError;
+/// The verbs of a board that listens, beside a [`Board`]'s. Each has the contract of [`BoxBoard`](super::BoxBoard)'s verb of its name.
+pub trait Listener: Board {
     /// Flash that holds the settings and nothing else.
     type Flash: embedded_storage::nor_flash::NorFlash;
 
@@ -17,29 +15,14 @@ pub trait Listener {
     /// Rate of the microphone's samples, Hz.
     const SAMPLE_RATE_HZ: f64;
 
-    /// See [`Emergency::now_us`](super::Emergency::now_us).
-    fn now_us(&mut self) -> u64;
-
     /// See [`BoxBoard::wait`](super::BoxBoard::wait).
     fn wait(&mut self);
-
-    /// See [`BoxBoard::samples`](super::BoxBoard::samples).
-    ///
-    /// # Errors
-    /// As there.
-    fn samples(&mut self, block: &mut [f32]) -> Result<Block, Self::Error>;
 
     /// See [`BoxBoard::receive`](super::BoxBoard::receive).
     ///
     /// # Errors
     /// As there.
     fn receive(&mut self, bytes: &mut [u8]) -> Result<usize, Self::Error>;
-
-    /// See [`BoxBoard::send`](super::BoxBoard::send).
-    ///
-    /// # Errors
-    /// As there.
-    fn send(&mut self, frame: &[u8]) -> Result<(), Self::Error>;
 
     /// See [`BoxBoard::flash`](super::BoxBoard::flash).
     fn flash(&mut self) -> (&mut Self::Flash, Range<u32>);
