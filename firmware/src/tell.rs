@@ -4,24 +4,12 @@ use crate::board::Board;
 use rarma_box::guard::{FaultCode, FaultRecord, Mode, Severity};
 use rarma_box::wire::{FaultMessage, MAX_FRAME, Telemetry, encode};
 
-/// The same fault at the same place is told again after this long, µs.
-const SAME_FAULT_US: u64 = 1_000_000;
-
-#[derive(Debug, Clone, Copy)]
-struct Told {
-    place: u8,
-    severity: Severity,
-    at_us: u64,
-}
-
 /// Says things to the host.
 #[derive(Debug)]
 pub struct Teller {
     session: u32,
     sequence: u32,
-    frames: u32,
     dropped: u32,
-    told: [Option<Told>; FaultCode::ALL.len()],
 }
 
 impl Teller {
@@ -30,9 +18,7 @@ impl Teller {
         Self {
             session,
             sequence: 0,
-            frames: 0,
             dropped: 0,
-            told: [None; FaultCode::ALL.len()],
         }
     }
 
@@ -49,7 +35,6 @@ impl Teller {
             Ok(frame) => board.send(frame).is_ok(),
             Err(_) => false,
         };
-        self.frames = self.frames.wrapping_add(1);
         self.sequence = self.sequence.wrapping_add(1);
         if !sent {
             self.dropped = self.dropped.saturating_add(1);
@@ -57,17 +42,49 @@ impl Teller {
         sent
     }
 
+    /// Frames made.
+    pub fn frames(&self) -> u32 {
+        self.sequence
+    }
+
+    /// Of them, not taken by the link.
+    pub fn dropped(&self) -> u32 {
+        self.dropped
+    }
+}
+
+/// The same fault at the same place is told again after this long, µs.
+const SAME_FAULT_US: u64 = 1_000_000;
+
+#[derive(Debug, Clone, Copy)]
+struct Told {
+    place: u8,
+    severity: Severity,
+    at_us: u64,
+}
+
+/// Faults that have been told, so that one that lasts is not told without end.
+#[derive(Debug)]
+pub(crate) struct ToldFaults([Option<Told>; FaultCode::ALL.len()]);
+
+impl ToldFaults {
+    /// None.
+    pub fn new() -> Self {
+        Self([None; FaultCode::ALL.len()])
+    }
+
     /// Tells of a fault, unless the same one at the same place has just been told, as grave. A
     /// message the link did not take has not been told.
-    pub fn fault<B: Board>(
+    pub fn tell<B: Board>(
         &mut self,
+        teller: &mut Teller,
         board: &mut B,
         record: FaultRecord,
         severity: Severity,
         mode: Mode,
     ) {
         let place = FaultCode::ALL.iter().position(|code| *code == record.code);
-        let known = place.and_then(|k| self.told.get(k).copied().flatten());
+        let known = place.and_then(|k| self.0.get(k).copied().flatten());
         let same = known.is_some_and(|told| {
             told.place == record.place
                 && told.severity >= severity
@@ -81,8 +98,8 @@ impl Teller {
             severity,
             mode,
         };
-        if self.tell(board, &Telemetry::Fault(message))
-            && let Some(told) = place.and_then(|k| self.told.get_mut(k))
+        if teller.tell(board, &Telemetry::Fault(message))
+            && let Some(told) = place.and_then(|k| self.0.get_mut(k))
         {
             *told = Some(Told {
                 place: record.place,
@@ -93,17 +110,7 @@ impl Teller {
     }
 
     /// What was told may be told again: the host has cleared the fault.
-    pub fn forget_faults(&mut self) {
-        self.told = [None; FaultCode::ALL.len()];
-    }
-
-    /// Frames made.
-    pub fn frames(&self) -> u32 {
-        self.frames
-    }
-
-    /// Of them, not taken by the link.
-    pub fn dropped(&self) -> u32 {
-        self.dropped
+    pub fn forget(&mut self) {
+        *self = Self::new();
     }
 }

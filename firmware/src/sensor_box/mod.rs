@@ -23,7 +23,7 @@ use crate::listen::{self, Listening};
 use crate::rig::RigDuty;
 use crate::rig::RigPlan;
 use crate::store::Store;
-use crate::tell::Teller;
+use crate::tell::{Teller, ToldFaults};
 use findings::Findings;
 use rarma_box::guard::{
     CheckIns, Denial, Duty, FaultCode, FaultRecord, InARow, Mode, RigState, RigWatch, Severity,
@@ -47,6 +47,7 @@ pub struct SensorBox {
     listening: Listening,
     rig: RigDuty,
     tell: Teller,
+    told: ToldFaults,
     control: Control,
     started: Started,
     before: Option<FaultRecord>,
@@ -120,8 +121,9 @@ impl SensorBox {
                 board.keep(&record.to_kept());
             }
         }
-        self.tell
-            .fault(board, record, severity, self.supervisor.mode());
+        let mode = self.supervisor.mode();
+        self.told
+            .tell(&mut self.tell, board, record, severity, mode);
         if severity == Severity::Trip && record.code == FaultCode::HeartbeatLost {
             // What it may still send, once it is heard again, is of another time.
             self.hand_over(board, NOBODY, Handed::HostLost, record.at_us);

@@ -145,7 +145,7 @@ impl SensorBox {
                 let energised = board.energised();
                 let result = self.supervisor.clear(now_us, energised);
                 if result.is_ok() {
-                    self.tell.forget_faults();
+                    self.told.forget();
                     self.rig.clear();
                 }
                 done(result)
