@@ -41,8 +41,7 @@ impl<'a, B: Board> Job<'a, B> {
     pub fn start(board: &'a mut B, job: &MonitorJob) -> Result<Self, Refusal> {
         let mut tell = Teller::new(SESSION);
         let Ok(duty) = MonitorDuty::new(job) else {
-            tell.tell(board, &Telemetry::Refused(Refusal::Settings));
-            return Err(Refusal::Settings);
+            return Err(refuse(board, &mut tell, Refusal::Settings));
         };
         tell.tell(board, &duty.started());
         Ok(Self {
@@ -63,9 +62,9 @@ impl<'a, B: Board> Job<'a, B> {
         let read = match read {
             Ok(read) => read,
             Err(error) => {
-                let refusal = refusal(error.kind());
-                self.tell.tell(self.board, &Telemetry::Refused(refusal));
-                return Some(Outcome::Refused(refusal));
+                let why = refusal(error.kind());
+                let why = refuse(self.board, &mut self.tell, why);
+                return Some(Outcome::Refused(why));
             }
         };
         if read.missing > 0 {
@@ -104,6 +103,11 @@ impl<'a, B: Board> Job<'a, B> {
             }
         }
     }
+}
+
+fn refuse<B: Board>(board: &mut B, tell: &mut Teller, why: Refusal) -> Refusal {
+    tell.tell(board, &Telemetry::Refused(why));
+    why
 }
 
 fn refusal(kind: BoardErrorKind) -> Refusal {
