@@ -5,10 +5,10 @@
 //! the sequence numbers tells a new command from one that has come before.
 
 use crate::board::{BoxBoard, Origin};
-use crate::sensor_box::SensorBox;
+use crate::commands::Said;
 use rarma_box::settings::LINK_KEY;
 use rarma_box::wire::{
-    Answer, Arrival, Command, ControlMessage, Handed, NOBODY, Refused, Seal, Telemetry, Window,
+    Answer, Arrival, Command, ControlMessage, Handed, LinkKey, NOBODY, Refused, Window,
 };
 
 /// Answers that are kept for a host that has missed them.
@@ -49,23 +49,94 @@ impl Control {
     }
 
     /// Whether a command is by whoever has it.
-    pub fn is(&self, by: u32) -> bool {
+    fn is(&self, by: u32) -> bool {
         self.is_held() && by == self.turn
     }
 
-    /// Remembers the number of a command that is carried out now. What is kept is what the
-    /// host may ask for again: a heartbeat's answer is not missed.
-    fn remember(&mut self, sequence: u32, crc: u16, command: &Command, answer: &Answer) {
-        self.window.take(sequence);
-        if *command != Command::Heartbeat {
+    /// Whether a command may be carried out, in the `session` of now, with the link's `key` if there is one.
+    pub fn rule<B: BoxBoard>(
+        &self,
+        board: &mut B,
+        said: &Said<'_>,
+        session: u32,
+        key: Option<&LinkKey>,
+    ) -> Ruling {
+        if said.command == Command::Identify {
+            return Ruling::Do;
+        }
+        if said.session != session {
+            return Ruling::No(Refused::Session);
+        }
+        if said.command.only_asks() {
+            return Ruling::Do;
+        }
+        let trusted = trusts(board, said, key);
+        let is_controller = trusted.is_ok() && self.is(said.by);
+        if said.command == Command::Stop && !is_controller {
+            // Anybody may stop. What the controller has sent before it knew of that, an
+            // `arm` on its way, must not count any more: its turn is over.
+            return Ruling::Stop;
+        }
+        if let Err(why) = trusted {
+            return Ruling::No(why);
+        }
+        if let Command::Take { turn } = said.command {
+            return if turn == self.turn {
+                Ruling::Take
+            } else {
+                Ruling::No(Refused::Turn)
+            };
+        }
+        if !is_controller {
+            return Ruling::No(Refused::NotInControl);
+        }
+        match self.window.look(said.sequence) {
+            Arrival::New => Ruling::Do,
+            // Late, and still on the safe side.
+            Arrival::Overtaken if said.command == Command::Stop => Ruling::Do,
+            Arrival::Overtaken => Ruling::Doubled(Err(Refused::Overtaken)),
+            Arrival::Repeated => {
+                Ruling::Doubled(self.again(said.sequence, said.crc).ok_or(Refused::Repeated))
+            }
+            Arrival::Old => Ruling::Doubled(Err(Refused::Old)),
+        }
+    }
+
+    /// A command has been carried out, or refused for what it asks for: its number is used. What is kept
+    /// is what the host may ask for again: a heartbeat's answer is not missed.
+    pub fn remember(&mut self, said: &Said<'_>, answer: &Answer) {
+        if said.command.only_asks() {
+            return;
+        }
+        self.window.take(said.sequence);
+        if said.command != Command::Heartbeat {
             self.kept.rotate_right(1);
             if let Some(first) = self.kept.first_mut() {
                 *first = Some(Kept {
-                    sequence,
-                    crc,
+                    sequence: said.sequence,
+                    crc: said.crc,
                     answer: answer.clone(),
                 });
             }
+        }
+    }
+
+    /// Control changes hands: another turn begins, by a number that was drawn ([`other_than`]).
+    pub fn hand_over(&mut self, by: u32, why: Handed, drawn: u32) {
+        *self = Self {
+            by,
+            why,
+            ..Self::new(other_than(self.turn, drawn))
+        };
+    }
+
+    /// Whose turn it is; `key`: the link has one.
+    pub fn message(&self, key: bool) -> ControlMessage {
+        ControlMessage {
+            turn: self.turn,
+            by: self.by,
+            why: self.why,
+            key,
         }
     }
 
@@ -77,140 +148,40 @@ impl Control {
     }
 }
 
-/// A command with what is known of where it comes from.
-#[derive(Debug)]
-pub(crate) struct Said<'a> {
-    pub by: u32,
-    pub command: Command,
-    pub session: u32,
-    pub sequence: u32,
-    pub crc: u16,
-    pub seal: Seal<'a>,
-}
-
 /// What becomes of a command.
 pub(crate) enum Ruling {
     /// It is to be carried out.
     Do,
-    /// It is answered already.
-    Answered(Answer),
+    /// Somebody who has not got control wants everything to stop: the turn that there is ends, and outputs
+    /// go down.
+    Stop,
+    /// Control goes to whoever has said so.
+    Take,
     /// It has come before, or too late.
     Doubled(Result<Answer, Refused>),
     /// It is refused.
     No(Refused),
 }
 
-impl SensorBox {
-    /// Whether a command may be carried out, and what handing over of control it means.
-    pub(crate) fn rule<B: BoxBoard>(
-        &mut self,
-        board: &mut B,
-        said: &Said<'_>,
-        now_us: u64,
-    ) -> Ruling {
-        if said.command == Command::Identify {
-            return Ruling::Do;
-        }
-        if said.session != self.tell.session() {
-            return Ruling::No(Refused::Session);
-        }
-        if said.command.only_asks() {
-            return Ruling::Do;
-        }
-        let trusted = self.trusts(board, said);
-        let is_controller = trusted.is_ok() && self.control.is(said.by);
-        if said.command == Command::Stop && !is_controller {
-            // Anybody may stop. What the controller has sent before it knew of that, an
-            // `arm` on its way, must not count any more: its turn is over.
-            if self.control.is_held() {
-                self.hand_over(board, NOBODY, Handed::Stopped, now_us);
-            }
-            self.supervisor.stop(now_us);
-            return Ruling::Answered(Answer::Done);
-        }
-        if let Err(why) = trusted {
-            return Ruling::No(why);
-        }
-        if let Command::Take { turn } = said.command {
-            if turn != self.control.turn {
-                return Ruling::No(Refused::Turn);
-            }
-            self.hand_over(board, said.by, Handed::Taken, now_us);
-            return Ruling::Answered(Answer::Done);
-        }
-        if !is_controller {
-            return Ruling::No(Refused::NotInControl);
-        }
-        match self.control.window.look(said.sequence) {
-            Arrival::New => Ruling::Do,
-            // Late, and still on the safe side.
-            Arrival::Overtaken if said.command == Command::Stop => Ruling::Do,
-            Arrival::Overtaken => Ruling::Doubled(Err(Refused::Overtaken)),
-            Arrival::Repeated => Ruling::Doubled(
-                self.control
-                    .again(said.sequence, said.crc)
-                    .ok_or(Refused::Repeated),
-            ),
-            Arrival::Old => Ruling::Doubled(Err(Refused::Old)),
-        }
+/// Whether a command comes from somebody who may change anything at all: with the key, or
+/// where there is none, at the box's own port. There the emergency stop, held pressed by
+/// somebody at the machine, stands for a key that was lost.
+fn trusts<B: BoxBoard>(
+    board: &mut B,
+    said: &Said<'_>,
+    key: Option<&LinkKey>,
+) -> Result<(), Refused> {
+    let own_port = board.origin() == Origin::OwnPort;
+    let changes_key = said.command.changes() == Some(LINK_KEY.number());
+    if changes_key && !own_port {
+        return Err(Refused::OwnPort);
     }
-
-    /// A command has been carried out, or refused for what it asks for: its number is used.
-    pub(crate) fn ruled(&mut self, said: &Said<'_>, answer: &Answer) {
-        if !said.command.only_asks() {
-            self.control
-                .remember(said.sequence, said.crc, &said.command, answer);
-        }
-    }
-
-    /// Whether a command comes from somebody who may change anything at all: with the key, or
-    /// where there is none, at the box's own port. There the emergency stop, held pressed by
-    /// somebody at the machine, stands for a key that was lost.
-    fn trusts<B: BoxBoard>(&self, board: &mut B, said: &Said<'_>) -> Result<(), Refused> {
-        let own_port = board.origin() == Origin::OwnPort;
-        let changes_key = said.command.changes() == Some(LINK_KEY.number());
-        if changes_key && !own_port {
-            return Err(Refused::OwnPort);
-        }
-        match self.settings.link_key() {
-            Some(key) if said.seal.is_of(key) => Ok(()),
-            Some(_) if own_port && !board.contacts().stop_chain => Ok(()),
-            Some(_) => Err(Refused::Seal),
-            None if own_port => Ok(()),
-            None => Err(Refused::NoKey),
-        }
-    }
-
-    /// Control changes hands: another turn begins, outputs that are on go down in order, and
-    /// everybody is told.
-    pub(crate) fn hand_over<B: BoxBoard>(
-        &mut self,
-        board: &mut B,
-        by: u32,
-        why: Handed,
-        now_us: u64,
-    ) {
-        let turn = other_than(self.control.turn, board.entropy());
-        self.control = Control {
-            by,
-            why,
-            ..Control::new(turn)
-        };
-        self.supervisor.hand_over(now_us);
-        // A signal that waits for the next arming is the last host's wish.
-        self.rig.exciting.quiet();
-        let message = self.control_message();
-        self.tell.tell(board, &Telemetry::Control(message));
-    }
-
-    /// Whose turn it is.
-    pub(crate) fn control_message(&self) -> ControlMessage {
-        ControlMessage {
-            turn: self.control.turn,
-            by: self.control.by,
-            why: self.control.why,
-            key: self.settings.link_key().is_some(),
-        }
+    match key {
+        Some(key) if said.seal.is_of(key) => Ok(()),
+        Some(_) if own_port && !board.contacts().stop_chain => Ok(()),
+        Some(_) => Err(Refused::Seal),
+        None if own_port => Ok(()),
+        None => Err(Refused::NoKey),
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Rate: once a millisecond. The signal itself runs in the current loop.
 
-use crate::current_loop::CoilReport;
+use crate::board::CoilReport;
 use rarma_box::wire::{EndMessage, ExcitationMessage, LineMessage};
 use rarma_rigs::cers::{ExcitationJob, LineCollector, OutOfReach, Reach, SensorPath, Source};
 

@@ -12,17 +12,9 @@ fn main() {}
 mod runtime {
     use {cortex_m as _, cortex_m_rt as _, defmt_semihosting as _};
 
-    use cortex_m_semihosting::debug::{EXIT_FAILURE, exit};
-
     defmt::timestamp!("{=u32}", 0u32);
 
-    #[panic_handler]
-    fn panic(info: &core::panic::PanicInfo) -> ! {
-        defmt::error!("{}", defmt::Display2Format(info));
-        loop {
-            exit(EXIT_FAILURE);
-        }
-    }
+    firmware::emulated_handlers!();
 }
 
 #[cfg(target_os = "none")]

@@ -1,54 +1,32 @@
 //! A simulated board: microphone, link and clock behind the firmware's verbs.
 
 use crate::microphone::Microphone;
-use firmware::{Board, Clock, Parts};
-use std::cell::Cell;
-use std::rc::Rc;
-
-/// A clock that shows the time of the simulated world: the samples delivered so
-/// far, at the microphone's rate.
-#[derive(Debug, Clone)]
-pub struct SimClock {
-    pub(crate) samples: Rc<Cell<u64>>,
-    fs_hz: f64,
-}
-
-impl Clock for SimClock {
-    fn now_us(&mut self) -> u64 {
-        (self.samples.get() as f64 / self.fs_hz * 1e6) as u64
-    }
-}
+use firmware::{Block, Board, BoardErrorKind, Clock};
 
 /// A link that keeps what it is given, until it is taken, and that can be made to
 /// refuse.
 #[derive(Debug, Default)]
 pub struct SimLink {
     bytes: Vec<u8>,
-    /// Refuse every write from now on: a cable that was pulled.
+    /// Refuse every frame from now on: a cable that was pulled.
     pub broken: bool,
 }
 
 impl SimLink {
-    /// Everything written since the last call.
+    /// Everything sent since the last call.
     pub fn take(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.bytes)
     }
-}
 
-impl embedded_io::ErrorType for SimLink {
-    type Error = embedded_io::ErrorKind;
-}
-
-impl embedded_io::Write for SimLink {
-    fn write(&mut self, bytes: &[u8]) -> Result<usize, Self::Error> {
+    /// See [`Board::send`].
+    ///
+    /// # Errors
+    /// It is broken.
+    pub fn send(&mut self, frame: &[u8]) -> Result<(), BoardErrorKind> {
         if self.broken {
-            return Err(embedded_io::ErrorKind::NotConnected);
+            return Err(BoardErrorKind::Disconnected);
         }
-        self.bytes.extend_from_slice(bytes);
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> Result<(), Self::Error> {
+        self.bytes.extend_from_slice(frame);
         Ok(())
     }
 }
@@ -60,34 +38,33 @@ pub struct SimBoard {
     pub microphone: Microphone,
     /// Its link.
     pub link: SimLink,
-    clock: SimClock,
 }
 
 impl SimBoard {
     /// A board that hears what the microphone hears.
     pub fn new(microphone: Microphone) -> Self {
-        let clock = SimClock {
-            samples: microphone.delivered(),
-            fs_hz: microphone.fs_hz(),
-        };
         Self {
             microphone,
             link: SimLink::default(),
-            clock,
         }
     }
 }
 
-impl Board for SimBoard {
-    type Samples = Microphone;
-    type Link = SimLink;
-    type Clock = SimClock;
+/// The time of the simulated world: the samples delivered so far, at the microphone's rate.
+impl Clock for SimBoard {
+    fn now_us(&mut self) -> u64 {
+        (self.microphone.delivered() as f64 / self.microphone.fs_hz() * 1e6) as u64
+    }
+}
 
-    fn parts(&mut self) -> Parts<'_, Self> {
-        Parts {
-            samples: &mut self.microphone,
-            link: &mut self.link,
-            clock: &mut self.clock,
-        }
+impl Board for SimBoard {
+    type Error = BoardErrorKind;
+
+    fn samples(&mut self, block: &mut [f32]) -> Result<Block, BoardErrorKind> {
+        self.microphone.samples(block)
+    }
+
+    fn send(&mut self, frame: &[u8]) -> Result<(), BoardErrorKind> {
+        self.link.send(frame)
     }
 }

@@ -9,6 +9,6 @@ pub mod plant;
 pub mod population;
 pub mod rig;
 
-pub use board::{SimBoard, SimClock, SimLink};
+pub use board::{SimBoard, SimLink};
 pub use microphone::{Microphone, MicrophoneFault};
 pub use rig::{SimBox, SimHost, SimRig};

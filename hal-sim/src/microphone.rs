@@ -1,11 +1,9 @@
 //! A simulated microphone: hears a signal, a recording or a plant, and fails on
 //! demand.
 
-use firmware::{Block, BoardError, BoardErrorKind, SampleSource};
-use std::cell::Cell;
+use firmware::{Block, BoardErrorKind};
 use std::fmt;
 use std::path::Path;
-use std::rc::Rc;
 
 /// What can be made to go wrong, and when (s from the start).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,21 +45,11 @@ pub enum MicrophoneFault {
     },
 }
 
-/// The source broke off.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SourceLost;
-
-impl BoardError for SourceLost {
-    fn kind(&self) -> BoardErrorKind {
-        BoardErrorKind::SourceLost
-    }
-}
-
 /// The microphone.
 pub struct Microphone {
     signal: Box<dyn Iterator<Item = f32>>,
     fs_hz: f64,
-    delivered: Rc<Cell<u64>>,
+    delivered: u64,
     faults: Vec<MicrophoneFault>,
     held: f32,
     missing: u32,
@@ -71,7 +59,7 @@ impl fmt::Debug for Microphone {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Microphone")
             .field("fs_hz", &self.fs_hz)
-            .field("delivered", &self.delivered.get())
+            .field("delivered", &self.delivered)
             .field("faults", &self.faults)
             .finish_non_exhaustive()
     }
@@ -83,7 +71,7 @@ impl Microphone {
         Self {
             signal: Box::new(signal),
             fs_hz,
-            delivered: Rc::new(Cell::new(0)),
+            delivered: 0,
             faults: Vec::new(),
             held: 0.0,
             missing: 0,
@@ -127,20 +115,20 @@ impl Microphone {
         self.fs_hz
     }
 
-    /// Samples of the simulated world that have gone by, shared with the clock.
-    pub(crate) fn delivered(&self) -> Rc<Cell<u64>> {
-        Rc::clone(&self.delivered)
+    /// Samples of the simulated world that have gone by.
+    pub(crate) fn delivered(&self) -> u64 {
+        self.delivered
     }
 
     fn next(&mut self) -> Option<f32> {
         let x = self.signal.next()?;
-        self.delivered.set(self.delivered.get() + 1);
+        self.delivered += 1;
         Some(x)
     }
 
     /// The sample as the faults of this moment leave it; `Err` where the source
     /// has gone.
-    fn spoil(&mut self, x: f32, t: f64) -> Result<f32, SourceLost> {
+    fn spoil(&mut self, x: f32, t: f64) -> Result<f32, BoardErrorKind> {
         let mut y = x;
         for fault in &self.faults {
             match *fault {
@@ -155,7 +143,9 @@ impl Microphone {
                 {
                     y = (y * gain).clamp(-1.0, 1.0);
                 }
-                MicrophoneFault::Lost { at_s } if t >= at_s => return Err(SourceLost),
+                MicrophoneFault::Lost { at_s } if t >= at_s => {
+                    return Err(BoardErrorKind::SourceLost);
+                }
                 _ => {}
             }
         }
@@ -180,16 +170,16 @@ impl Microphone {
             self.missing += samples;
         }
     }
-}
 
-impl SampleSource for Microphone {
-    type Error = SourceLost;
-
-    fn read(&mut self, block: &mut [f32]) -> Result<Block, SourceLost> {
-        self.lose(self.delivered.get() as f64 / self.fs_hz);
+    /// See [`Board::samples`](firmware::Board::samples).
+    ///
+    /// # Errors
+    /// [`BoardErrorKind::SourceLost`]: it broke off.
+    pub fn samples(&mut self, block: &mut [f32]) -> Result<Block, BoardErrorKind> {
+        self.lose(self.delivered as f64 / self.fs_hz);
         let mut samples = 0;
         for place in block {
-            let t = self.delivered.get() as f64 / self.fs_hz;
+            let t = self.delivered as f64 / self.fs_hz;
             let Some(x) = self.next() else { break };
             *place = self.spoil(x, t)?;
             samples += 1;
@@ -223,7 +213,7 @@ mod tests {
             .with_fault(MicrophoneFault::Lost { at_s: 0.5 });
         let mut block = [0.0; 8];
         assert_eq!(
-            m.read(&mut block).unwrap(),
+            m.samples(&mut block).unwrap(),
             Block {
                 samples: 8,
                 missing: 0
@@ -232,7 +222,7 @@ mod tests {
         assert!(block[2].is_nan());
         assert_eq!(block[3..], [3.0, 4.0, 4.0, 4.0, 7.0]);
         assert_eq!(
-            m.read(&mut block).unwrap(),
+            m.samples(&mut block).unwrap(),
             Block {
                 samples: 8,
                 missing: 10
@@ -240,7 +230,7 @@ mod tests {
         );
         assert_eq!(block[0], 18.0);
         let mut reads = 0;
-        while m.read(&mut block).is_ok() {
+        while m.samples(&mut block).is_ok() {
             reads += 1;
         }
         assert_eq!(reads, 3);

@@ -6,7 +6,7 @@
 use ads1x1x::{Ads1x1x, DataRate12Bit, TargetAddr, channel::SingleA1};
 use firmware::board::{AdcCode, DacCode};
 use firmware::parts::{PartFailed, Polled, PwmValve, SpiConverter};
-use firmware::{App, Board, Outcome, Parts, SampleSource};
+use firmware::{Block, Board, BoardErrorKind, Clock, Job, Outcome};
 use hal_sim::SimLink;
 use hal_sim::parts::{AdcBits, I2cAdc, SimPwm, SimTime, SpiAdc, Trouble};
 use hal_sim::plant::modal_noise::{Drive, ModalNoise, ModalNoiseConfig, NoiseMode, Quantity};
@@ -52,14 +52,19 @@ fn structure(seed: u64) -> impl FnMut(u8, f64) -> f64 {
 }
 
 /// The driver on the simulated bus, asked 1250 times a second.
-fn listening(time: &SimTime) -> (impl SampleSource<Error = PartFailed> + use<>, Trouble) {
+fn listening(
+    time: &SimTime,
+) -> (
+    impl FnMut(&mut [f32]) -> Result<Block, PartFailed> + use<>,
+    Trouble,
+) {
     let bus = I2cAdc::new(AdcBits::Twelve, I2C_HZ, time.clone(), structure(5));
     let torn_off = bus.torn_off.clone();
     let mut adc = Ads1x1x::new_ads1015(bus, TargetAddr::Gnd);
     adc.set_data_rate(DataRate12Bit::Sps3300).expect("answers");
     let read = move || nb::block!(adc.read(SingleA1)).map(|code| f32::from(code) / 2048.0);
-    let source = Polled::new(RATE_HZ, time.clone(), time.clone(), read);
-    (source, torn_off)
+    let mut source = Polled::new(RATE_HZ, time.clone(), time.clone(), read);
+    (move |block: &mut [f32]| source.samples(block), torn_off)
 }
 
 #[test]
@@ -72,7 +77,7 @@ fn the_plants_mode_comes_through_the_foreign_driver() {
     let mut sum_of_squares = 0.0;
     let samples = 20 * RATE_HZ;
     for _ in 0..samples {
-        let got = source.read(&mut block).expect("answers");
+        let got = source(&mut block).expect("answers");
         assert_eq!((got.samples, got.missing), (1, 0));
         sum_of_squares += f64::from(block[0]).powi(2);
         model.update(block[0]);
@@ -102,17 +107,21 @@ struct OfParts<S> {
     clock: SimTime,
 }
 
-impl<S: SampleSource> Board for OfParts<S> {
-    type Samples = S;
-    type Link = SimLink;
-    type Clock = SimTime;
+impl<S> Clock for OfParts<S> {
+    fn now_us(&mut self) -> u64 {
+        self.clock.now_us()
+    }
+}
 
-    fn parts(&mut self) -> Parts<'_, Self> {
-        Parts {
-            samples: &mut self.samples,
-            link: &mut self.link,
-            clock: &mut self.clock,
-        }
+impl<S: FnMut(&mut [f32]) -> Result<Block, PartFailed>> Board for OfParts<S> {
+    type Error = BoardErrorKind;
+
+    fn samples(&mut self, block: &mut [f32]) -> Result<Block, BoardErrorKind> {
+        Ok((self.samples)(block)?)
+    }
+
+    fn send(&mut self, frame: &[u8]) -> Result<(), BoardErrorKind> {
+        self.link.send(frame)
     }
 }
 
@@ -130,12 +139,12 @@ fn a_converter_that_is_torn_off_ends_the_job_by_name() {
         channel: 0,
         every_s: 0.1,
     };
-    let mut app = App::start(&mut board, &job).expect("in range");
+    let mut job = Job::start(&mut board, &job).expect("in range");
     while time.seconds() < 1.0 {
-        assert_eq!(app.step(), None);
+        assert_eq!(job.step(), None);
     }
     torn_off.set(true);
-    let end = app.step();
+    let end = job.step();
     assert_eq!(end, Some(Outcome::Refused(Refusal::SourceLost)));
     let mut deframer = Deframer::default();
     let told: Vec<Telemetry> = board

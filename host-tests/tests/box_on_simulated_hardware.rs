@@ -1,7 +1,7 @@
 //! Promise: the box on simulated hardware says what `listen` says, and tells the
 //! host of every fault of its microphone and every frame its link did not take.
 
-use firmware::{App, Outcome};
+use firmware::{Job, Outcome};
 use hal_sim::{Microphone, MicrophoneFault, SimBoard};
 use host_tests::files::Folder;
 use host_tests::signal;
@@ -86,7 +86,7 @@ fn decoded(bytes: &[u8], first: u32) -> Vec<Telemetry> {
 
 fn play(microphone: Microphone, job: &MonitorJob) -> Played {
     let mut board = SimBoard::new(microphone);
-    let outcome = App::start(&mut board, job).expect("a job in range").run();
+    let outcome = Job::start(&mut board, job).expect("a job in range").run();
     Played {
         outcome,
         messages: decoded(&board.link.take(), 0),
@@ -234,7 +234,7 @@ fn job_out_of_range_is_refused_on_the_link() {
     let mut bad = job();
     bad.monitor.threshold = 7.0;
     let mut board = SimBoard::new(Microphone::hearing(sound(), FS));
-    assert_eq!(App::start(&mut board, &bad).err(), Some(Refusal::Settings));
+    assert_eq!(Job::start(&mut board, &bad).err(), Some(Refusal::Settings));
     let messages = decoded(&board.link.take(), 0);
     assert_eq!(messages, [Telemetry::Refused(Refusal::Settings)]);
 }
@@ -242,23 +242,23 @@ fn job_out_of_range_is_refused_on_the_link() {
 #[test]
 fn broken_link_drops_frames_counts_them_and_the_gap_shows() {
     let mut board = SimBoard::new(Microphone::hearing(sound(), FS));
-    let mut app = App::start(&mut board, &job()).expect("a job in range");
+    let mut running = Job::start(&mut board, &job()).expect("a job in range");
     let mut before = Vec::new();
     let mut dropped_from = 0;
     let mut blocks = 0;
-    while app.step().is_none() {
+    while running.step().is_none() {
         blocks += 1;
         if blocks == 30 {
-            before = decoded(&app.board().link.take(), 0);
+            before = decoded(&running.board().link.take(), 0);
             dropped_from = before.len() as u32;
-            app.board().link.broken = true;
+            running.board().link.broken = true;
         }
         if blocks == 90 {
             assert!(
-                app.board().link.take().is_empty(),
+                running.board().link.take().is_empty(),
                 "a broken link took bytes"
             );
-            app.board().link.broken = false;
+            running.board().link.broken = false;
         }
     }
     // 60 blocks of 256 samples are 1.92 s, from 0.96 s on: 192 lines and the histograms of

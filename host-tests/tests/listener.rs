@@ -5,8 +5,8 @@
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
-use firmware::board::{Listener, ListeningBox, ResetCause};
-use firmware::{Block, BoardError, BoardErrorKind, SensorBox};
+use firmware::board::{Listener, ResetCause};
+use firmware::{Block, Board, BoardErrorKind, Clock, ListeningBox, SensorBox};
 use hal_sim::SimHost;
 use rarma_box::guard::{Denial, FaultCode, KEPT_BYTES, Mode};
 use rarma_box::settings::{self, SettingValue};
@@ -24,15 +24,6 @@ const TONE_HZ: f64 = 900.0;
 const SWELLS_S: f64 = 1.5;
 /// Number of the setting `monitor.teeth`.
 const TEETH: u16 = 16;
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Full;
-
-impl BoardError for Full {
-    fn kind(&self) -> BoardErrorKind {
-        BoardErrorKind::Busy
-    }
-}
 
 #[derive(Debug)]
 struct OffGrid;
@@ -134,22 +125,16 @@ impl Fake {
     }
 }
 
-impl Listener for Fake {
-    type Error = Full;
-    type Flash = PicoFlash;
-
-    const NAME: &'static str = "fake";
-    const SAMPLE_RATE_HZ: f64 = RATE_HZ as f64;
-
+impl Clock for Fake {
     fn now_us(&mut self) -> u64 {
         self.now_us
     }
+}
 
-    fn wait(&mut self) {
-        self.now_us += STEP_US;
-    }
+impl Board for Fake {
+    type Error = BoardErrorKind;
 
-    fn samples(&mut self, block: &mut [f32]) -> Result<Block, Full> {
+    fn samples(&mut self, block: &mut [f32]) -> Result<Block, BoardErrorKind> {
         let missing = std::mem::take(&mut self.lose);
         self.taken += u64::from(missing);
         let due = self.now_us * RATE_HZ / 1_000_000;
@@ -160,17 +145,28 @@ impl Listener for Fake {
         Ok(Block { samples, missing })
     }
 
-    fn receive(&mut self, bytes: &mut [u8]) -> Result<usize, Full> {
+    fn send(&mut self, frame: &[u8]) -> Result<(), BoardErrorKind> {
+        self.to_host.extend(frame);
+        Ok(())
+    }
+}
+
+impl Listener for Fake {
+    type Flash = PicoFlash;
+
+    const NAME: &'static str = "fake";
+    const SAMPLE_RATE_HZ: f64 = RATE_HZ as f64;
+
+    fn wait(&mut self) {
+        self.now_us += STEP_US;
+    }
+
+    fn receive(&mut self, bytes: &mut [u8]) -> Result<usize, BoardErrorKind> {
         let count = bytes.len().min(self.from_host.len());
         for (place, byte) in bytes.iter_mut().zip(self.from_host.drain(..count)) {
             *place = byte;
         }
         Ok(count)
-    }
-
-    fn send(&mut self, frame: &[u8]) -> Result<(), Full> {
-        self.to_host.extend(frame);
-        Ok(())
     }
 
     fn flash(&mut self) -> (&mut PicoFlash, Range<u32>) {

@@ -10,20 +10,13 @@ fn main() {
 
 #[cfg(target_os = "none")]
 mod target {
-    use cortex_m_semihosting::debug::{EXIT_FAILURE, exit};
-    use firmware::SensorBox;
-    use firmware::board::ListeningBox;
     use firmware::boards::mps2_an386::Mps2Box;
+    use firmware::{ListeningBox, SensorBox};
     use {cortex_m as _, defmt_semihosting as _};
 
     defmt::timestamp!("{=u32}", 0);
 
-    #[panic_handler]
-    fn panic(info: &core::panic::PanicInfo) -> ! {
-        defmt::error!("panic: {}", defmt::Display2Format(info));
-        exit(EXIT_FAILURE);
-        loop {}
-    }
+    firmware::emulated_handlers!();
 
     #[cortex_m_rt::entry]
     fn main() -> ! {

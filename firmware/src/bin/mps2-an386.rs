@@ -10,18 +10,14 @@ fn main() {
 
 #[cfg(target_os = "none")]
 mod target {
-    use cortex_m_semihosting::debug::{EXIT_FAILURE, EXIT_SUCCESS, exit};
+    use cortex_m_semihosting::debug::{EXIT_SUCCESS, exit};
     use firmware::boards::mps2_an386::{Mps2, SetUpError};
-    use firmware::{App, Outcome};
+    use firmware::{Job, Outcome};
     use {cortex_m as _, defmt_semihosting as _};
 
     defmt::timestamp!("{=u32}", 0);
 
-    #[panic_handler]
-    fn panic(info: &core::panic::PanicInfo) -> ! {
-        defmt::error!("panic: {}", defmt::Display2Format(info));
-        fail()
-    }
+    firmware::emulated_handlers!();
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
@@ -41,8 +37,8 @@ mod target {
                 fail()
             }
         };
-        let outcome = match App::start(&mut board, &job) {
-            Ok(mut app) => app.run(),
+        let outcome = match Job::start(&mut board, &job) {
+            Ok(mut job) => job.run(),
             Err(refusal) => Outcome::Refused(refusal),
         };
         match outcome {
@@ -55,10 +51,5 @@ mod target {
                 fail()
             }
         }
-    }
-
-    fn fail() -> ! {
-        exit(EXIT_FAILURE);
-        loop {}
     }
 }

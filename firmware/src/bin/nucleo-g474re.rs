@@ -13,14 +13,13 @@ fn main() {
 
 #[cfg(target_os = "none")]
 mod target {
-    use core::sync::atomic::{AtomicBool, Ordering};
+    use cortex_m::peripheral::SCB;
     use defmt_rtt as _;
     use firmware::SensorBox;
-    use firmware::board::{BoxBoard, Emergency};
+    use firmware::board::{BoxBoard, Clock, Emergency};
     use firmware::boards::nucleo_g474re::{
         LastResort, MemoryError, Nucleo, crystal_has_failed, memory_failed,
     };
-    use firmware::last_words::last_words;
     use rarma_box::guard::FaultCode;
     use static_cell::StaticCell;
 
@@ -29,36 +28,7 @@ mod target {
     /// Too large for the stack.
     static BOX: StaticCell<SensorBox> = StaticCell::new();
 
-    /// The program has given up once; whatever fails after that changes nothing.
-    static GIVEN_UP: AtomicBool = AtomicBool::new(false);
-
-    /// Outputs off, the fault kept for after the reset, a line in the log, reset.
-    fn give_up(code: FaultCode, value: f32, story: impl FnOnce()) -> ! {
-        LastResort.drop_outputs();
-        // The logger may be what failed, or be in use: the first fault is the one to keep.
-        if !GIVEN_UP.swap(true, Ordering::Relaxed) {
-            last_words(&mut LastResort, code, value);
-            story();
-        }
-        cortex_m::peripheral::SCB::sys_reset()
-    }
-
-    #[panic_handler]
-    fn panic(info: &core::panic::PanicInfo) -> ! {
-        let line = info.location().map_or(0, core::panic::Location::line);
-        give_up(FaultCode::Panic, line as f32, || {
-            defmt::error!("panic: {}", defmt::Display2Format(info));
-        })
-    }
-
-    #[cortex_m_rt::exception]
-    unsafe fn HardFault(frame: &cortex_m_rt::ExceptionFrame) -> ! {
-        // From the start of the flash: single precision holds that exactly.
-        let at = frame.pc() & 0x00FF_FFFF;
-        give_up(FaultCode::HardFault, at as f32, || {
-            defmt::error!("hard fault at {=u32:#x}", frame.pc());
-        })
-    }
+    firmware::handlers!(LastResort, SCB::sys_reset);
 
     /// A crystal that has stopped, or a double error of the flash; nothing else here raises it.
     #[cortex_m_rt::exception]
@@ -78,14 +48,6 @@ mod target {
                 defmt::error!("an exception that cannot be masked, and no error of the flash");
             }),
         }
-    }
-
-    /// An interrupt that nothing is bound to, or a fault that has its own exception.
-    #[cortex_m_rt::exception]
-    unsafe fn DefaultHandler(number: i16) -> ! {
-        give_up(FaultCode::HardFault, f32::from(number), || {
-            defmt::error!("unexpected interrupt {=i16}", number);
-        })
     }
 
     #[cortex_m_rt::entry]

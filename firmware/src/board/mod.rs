@@ -4,19 +4,21 @@
 //! them. There is no pin, register or HAL type in the application, and no
 //! arithmetic in a board.
 //!
-//! Two applications use them: [`App`](crate::App) runs one job over a recording and needs
-//! a [`Board`]; the whole box needs a [`BoxBoard`],
+//! Every board is a [`Board`]: samples in, frames out, a clock. A recording is no more, and a
+//! [`Job`](crate::Job) listens to it. The whole box needs a [`BoxBoard`],
 //! whose interrupt of the current converter runs a [`CurrentLoop`](crate::CurrentLoop)
 //! over a [`CoilBridge`]. A board that only listens supplies a [`Listener`], which is half of that.
 
 mod code;
 mod coils;
 mod listener;
+mod order;
 mod whole;
 
 pub use code::{AdcCode, DacCode};
 pub use coils::{COILS, CoilBridge};
-pub use listener::{Listener, ListenerError, ListeningBox};
+pub use listener::Listener;
+pub use order::{CoilAction, CoilLimits, CoilOrder, CoilReport, CoilTrip, ForceScale};
 pub use whole::{
     BoxBoard, Contacts, Emergency, FlashSeen, GAPS, LEAST_BROWN_OUT_MV, Lights, Origin, Pulse,
     ResetCause, SensorCodes, WATCHDOG_US,
@@ -52,27 +54,20 @@ pub trait BoardError: Debug {
     fn kind(&self) -> BoardErrorKind;
 }
 
-/// What a read brought.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Block {
-    /// Samples written to the front of the buffer; 0 when the source has ended
-    /// (a recording), never 0 from a converter.
-    pub samples: usize,
-    /// Samples lost since the last read: overrun, dropped transfer.
-    pub missing: u32,
+/// A kind is an error as well, of a board that has nothing to add.
+impl BoardError for BoardErrorKind {
+    fn kind(&self) -> BoardErrorKind {
+        *self
+    }
 }
 
-/// Where samples come from: a converter with DMA, a recording, a simulation.
-pub trait SampleSource {
-    /// The board's error.
-    type Error: BoardError;
-
-    /// Waits for samples and writes at most `block.len()` of them, in the order of
-    /// time, scaled so that full scale is the `full_scale` of the job.
-    ///
-    /// # Errors
-    /// Once an error is returned, so is every later read.
-    fn read(&mut self, block: &mut [f32]) -> Result<Block, Self::Error>;
+/// What a look for samples brought.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Block {
+    /// Samples written to the front of the buffer.
+    pub samples: usize,
+    /// Samples lost since the last look: overrun, dropped transfer.
+    pub missing: u32,
 }
 
 /// A clock that only goes forward.
@@ -82,29 +77,26 @@ pub trait Clock {
     fn now_us(&mut self) -> u64;
 }
 
-/// A board that can run a monitor.
+/// What every board supplies: samples in, frames out, a clock.
 ///
-/// The link is an `embedded-io` writer: a write may block for as long as a frame
-/// takes; one that returns an error has taken nothing.
-pub trait Board {
-    /// Its samples.
-    type Samples: SampleSource;
-    /// Its link to the host.
-    type Link: embedded_io::Write;
-    /// Its clock.
-    type Clock: Clock;
+/// The board of a box does not wait for more than 50 µs in either verb. That of a recording
+/// waits for samples, and for room for a frame.
+pub trait Board: Clock {
+    /// The board's error.
+    type Error: BoardError;
 
-    /// The parts, all at once, because the application uses them side by side.
-    fn parts(&mut self) -> Parts<'_, Self>;
-}
+    /// Takes the microphone samples there are, at most `block.len()`, in the order of time,
+    /// full scale ±1. 0 samples when there are none yet; of a recording, when it has ended.
+    /// `missing` counts what was lost since the last call, before the first sample given.
+    ///
+    /// # Errors
+    /// The converter or its transfer failed; the next call may succeed again. Of a recording:
+    /// it broke off.
+    fn samples(&mut self, block: &mut [f32]) -> Result<Block, Self::Error>;
 
-/// The parts of a board, borrowed.
-#[derive(Debug)]
-pub struct Parts<'a, B: Board + ?Sized> {
-    /// Its samples.
-    pub samples: &'a mut B::Samples,
-    /// Its link to the host.
-    pub link: &'a mut B::Link,
-    /// Its clock.
-    pub clock: &'a mut B::Clock,
+    /// Sends a frame, whole or not at all. What is accepted the board keeps until it is out.
+    ///
+    /// # Errors
+    /// There is no room for it, or no link: nothing has been taken.
+    fn send(&mut self, frame: &[u8]) -> Result<(), Self::Error>;
 }

@@ -1,7 +1,6 @@
 //! The whole box: every verb beside the current loop's.
 
-use super::{AdcCode, Block, BoardError, DacCode};
-use crate::current_loop::{CoilOrder, CoilReport};
+use super::{AdcCode, Board, Clock, CoilOrder, CoilReport, DacCode};
 use core::ops::Range;
 use rarma_box::guard::KEPT_BYTES;
 use rarma_rigs::cers::Source;
@@ -85,15 +84,11 @@ pub struct Lights {
 ///
 /// No call here may block, allocate, log, or need anything that could itself be the
 /// fault.
-pub trait Emergency {
+pub trait Emergency: Clock {
     /// Opens the output gate and all switches by the shortest way there is (registers),
     /// and shuts the valve. The first statement of every handler. Always works, any
     /// number of times, from any context.
     fn drop_outputs(&mut self);
-
-    /// Microseconds since start-up. Never goes back, does not wrap within the life of the
-    /// device.
-    fn now_us(&mut self) -> u64;
 
     /// Puts bytes where a reset, though not a power cut, leaves them.
     fn keep(&mut self, bytes: &[u8; KEPT_BYTES]);
@@ -113,9 +108,7 @@ pub struct FlashSeen {
 /// gate open, switches open, valve shut. That is the hardware's doing (pull-downs).
 ///
 /// No call waits for more than 50 µs except [`Self::wait`], [`Self::entropy`] and the flash's.
-pub trait BoxBoard: Emergency {
-    /// The board's error.
-    type Error: BoardError;
+pub trait BoxBoard: Board + Emergency {
     /// Flash that holds the settings and nothing else.
     type Flash: embedded_storage::nor_flash::NorFlash;
 
@@ -129,15 +122,7 @@ pub trait BoxBoard: Emergency {
     /// Sleeps until something may have to be done, at most 1 ms. May return early.
     fn wait(&mut self);
 
-    /// Takes the microphone samples there are, at most `block.len()`, in the order of
-    /// time, full scale ±1. Does not wait: 0 samples when there are none yet. `missing`
-    /// counts what was lost since the last call, before the first sample given.
-    ///
-    /// # Errors
-    /// The converter or its transfer failed; the next call may succeed again.
-    fn samples(&mut self, block: &mut [f32]) -> Result<Block, Self::Error>;
-
-    /// From now on [`Self::samples`] are those of this microphone, 0 or 1; their count and time
+    /// From now on [`Board::samples`] are those of this microphone, 0 or 1; their count and time
     /// go on. A board with one microphone keeps it.
     fn listen_to(&mut self, microphone: u8) {
         let _ = microphone;
@@ -229,13 +214,6 @@ pub trait BoxBoard: Emergency {
     /// Where those bytes come from. A board that cannot tell one link from another says
     /// [`Origin::Network`] if any of them is one.
     fn origin(&mut self) -> Origin;
-
-    /// Sends a frame, whole or not at all. Does not wait: the board keeps it until it is
-    /// out.
-    ///
-    /// # Errors
-    /// There is no room for it: nothing has been taken.
-    fn send(&mut self, frame: &[u8]) -> Result<(), Self::Error>;
 
     /// Sets the lights.
     fn lights(&mut self, lights: Lights);

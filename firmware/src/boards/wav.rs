@@ -3,8 +3,6 @@
 //! PCM of 16, 24 and 32 bits and 32-bit float, any number of channels; one
 //! channel is taken. PCM is scaled to ±1.
 
-use crate::board::{Block, BoardError, BoardErrorKind, SampleSource};
-
 /// A source of bytes: a file behind semihosting, or a slice in a test.
 pub trait ByteSource {
     /// Fills the front of `buffer` and returns how many bytes; 0 at the end.
@@ -28,15 +26,6 @@ pub enum WavError {
         /// Channels in the file.
         channels: u16,
     },
-}
-
-impl BoardError for WavError {
-    fn kind(&self) -> BoardErrorKind {
-        match self {
-            Self::Header | Self::Format { .. } => BoardErrorKind::Source,
-            Self::Channel { .. } => BoardErrorKind::Channel,
-        }
-    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -208,12 +197,9 @@ impl<S: ByteSource> WavSource<S> {
         }
         chosen
     }
-}
 
-impl<S: ByteSource> SampleSource for WavSource<S> {
-    type Error = WavError;
-
-    fn read(&mut self, block: &mut [f32]) -> Result<Block, WavError> {
+    /// Writes samples to the front of the block, and returns how many; 0 at the end.
+    pub fn read(&mut self, block: &mut [f32]) -> usize {
         let mut samples = 0;
         for place in block {
             match self.frame() {
@@ -222,10 +208,7 @@ impl<S: ByteSource> SampleSource for WavSource<S> {
             }
             samples += 1;
         }
-        Ok(Block {
-            samples,
-            missing: 0,
-        })
+        samples
     }
 }
 
@@ -265,13 +248,13 @@ mod tests {
         let mut source = WavSource::open(file.as_slice(), 1).unwrap();
         assert_eq!(source.rate(), 48_000);
         let mut block = [9.0; 8];
-        assert_eq!(source.read(&mut block).unwrap().samples, 2);
+        assert_eq!(source.read(&mut block), 2);
         assert_eq!(block[..2], [0.5, -1.0]);
-        assert_eq!(source.read(&mut block).unwrap().samples, 0);
+        assert_eq!(source.read(&mut block), 0);
 
         let file = wav(1, 1, 24, &[0, 0, 0xC0, 0, 0, 0x40]);
         let mut source = WavSource::open(file.as_slice(), 0).unwrap();
-        assert_eq!(source.read(&mut block).unwrap().samples, 2);
+        assert_eq!(source.read(&mut block), 2);
         assert_eq!(block[..2], [-0.5, 0.5]);
     }
 

@@ -4,8 +4,7 @@
 //! current. A sensor that does not move and a coil that takes no current are told from a
 //! millisecond's worth.
 
-use super::order::CoilLimits;
-use crate::board::AdcCode;
+use crate::board::{AdcCode, CoilLimits};
 use rarma_box::guard::FaultCode;
 use rarma_rigs::cers::Regulator;
 

@@ -1,9 +1,9 @@
 //! The main side's end of the current loop: an order is worked out before the loop takes it, and what
 //! the loop has counted after, so that the loop is kept away only while both are copied.
 
+use super::CurrentLoop;
 use super::channel::{Channel, Scale, Sums};
-use super::{CoilAction, CoilOrder, CoilReport, CoilTrip, CurrentLoop};
-use crate::board::COILS;
+use crate::board::{COILS, CoilAction, CoilOrder, CoilReport, CoilTrip};
 use rarma_box::guard::FaultCode;
 use rarma_rigs::cers::Block;
 

@@ -14,12 +14,10 @@
 
 mod channel;
 mod main_side;
-mod order;
 
 pub use main_side::{Held, MainSide};
-pub use order::{CoilAction, CoilLimits, CoilOrder, CoilReport, CoilTrip, ForceScale};
 
-use crate::board::{AdcCode, COILS, CoilBridge};
+use crate::board::{AdcCode, COILS, CoilAction, CoilBridge, CoilTrip};
 use channel::{Channel, LOST_PERIODS};
 use main_side::Ready;
 use rarma_box::guard::FaultCode;

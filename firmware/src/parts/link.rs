@@ -32,7 +32,7 @@ impl<L: Read + ReadReady + Write + WriteReady, const N: usize> PortLink<L, N> {
         }
     }
 
-    /// See [`BoxBoard::send`](crate::BoxBoard::send).
+    /// See [`Board::send`](crate::Board::send).
     ///
     /// # Errors
     /// Nothing has been taken: there is no room ([`PartFailed::Busy`]), and the port is down

@@ -52,6 +52,12 @@ impl BoardError for PartFailed {
     }
 }
 
+impl From<PartFailed> for BoardErrorKind {
+    fn from(part: PartFailed) -> Self {
+        part.kind()
+    }
+}
+
 /// The example of the page.
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/porting.md")]

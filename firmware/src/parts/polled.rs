@@ -1,7 +1,7 @@
 //! Samples of any driver, asked for at a fixed rate.
 
 use super::PartFailed;
-use crate::board::{Block, Clock, SampleSource};
+use crate::board::{Block, Clock};
 use embedded_hal::delay::DelayNs;
 
 /// Asks a driver for a sample at n/rate from the first read on, and tells how many it came too late for.
@@ -40,13 +40,13 @@ impl<C: Clock, D: DelayNs, E, F: FnMut() -> Result<f32, E>> Polled<C, D, F> {
         let due_us = start_us + self.next * 1_000_000 / u64::from(self.rate_hz);
         now_us as i64 - due_us as i64
     }
-}
 
-impl<C: Clock, D: DelayNs, E, F: FnMut() -> Result<f32, E>> SampleSource for Polled<C, D, F> {
-    type Error = PartFailed;
-
-    /// Gives one sample, so that the work on it is done before the next is due.
-    fn read(&mut self, block: &mut [f32]) -> Result<Block, PartFailed> {
+    /// Waits for a sample and gives it, one alone, so that the work on it is done before the next is due;
+    /// see [`Board::samples`](crate::board::Board::samples).
+    ///
+    /// # Errors
+    /// The driver has failed, now or before: [`PartFailed::Converter`].
+    pub fn samples(&mut self, block: &mut [f32]) -> Result<Block, PartFailed> {
         let Some(place) = block.first_mut() else {
             return Ok(Block {
                 samples: 0,

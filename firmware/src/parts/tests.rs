@@ -1,7 +1,7 @@
 //! Pins that fail, and what becomes of the verb.
 
 use super::*;
-use crate::board::{AdcCode, Block, Clock, Contacts, DacCode, Lights, SampleSource};
+use crate::board::{AdcCode, Block, Clock, Contacts, DacCode, Lights};
 use core::convert::Infallible;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{self, InputPin, OutputPin};
@@ -255,25 +255,25 @@ fn samples_come_at_their_rate_and_late_ones_are_counted() {
         })
     };
     for at in [5_000.0, 5_333.0, 5_666.0, 6_000.0] {
-        assert_eq!(source.read(&mut block), one(0));
+        assert_eq!(source.samples(&mut block), one(0));
         assert_eq!(block[0], at);
     }
     // 1 ms away: three samples did not happen, the next is due at 7333.
     now.set(7_340);
-    assert_eq!(source.read(&mut block), one(3));
+    assert_eq!(source.samples(&mut block), one(3));
     assert_eq!(block[0], 7_340.0);
-    assert_eq!(source.read(&mut block), one(0));
+    assert_eq!(source.samples(&mut block), one(0));
     assert_eq!(block[0], 7_666.0);
     let nothing = Block {
         samples: 0,
         missing: 0,
     };
-    assert_eq!(source.read(&mut []), Ok(nothing));
+    assert_eq!(source.samples(&mut []), Ok(nothing));
     broken.set(true);
-    assert_eq!(source.read(&mut block), Err(PartFailed::Converter));
+    assert_eq!(source.samples(&mut block), Err(PartFailed::Converter));
     broken.set(false);
     assert_eq!(
-        source.read(&mut block),
+        source.samples(&mut block),
         Err(PartFailed::Converter),
         "once an error, always one"
     );

@@ -8,8 +8,7 @@ mod plan;
 pub use plan::{LEASE_S, RigPlan, bar, limits, valve};
 
 use crate::bar::BarDuty;
-use crate::board::{BoxBoard, COILS, DacCode, SensorCodes};
-use crate::current_loop::{CoilAction, CoilOrder, CoilReport};
+use crate::board::{BoxBoard, COILS, CoilAction, CoilOrder, CoilReport, DacCode, SensorCodes};
 use crate::exciting::Exciting;
 use plan::LEAST_SUPPLY_V;
 use rarma_box::guard::{Denial, Mode, Permission, RigCodes, RigCoils, RigState, Steady};

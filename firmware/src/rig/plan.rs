@@ -1,7 +1,7 @@
 //! What the settings say about the outputs: limits, scales, gains, the law of force.
 
 use crate::board::{COILS, GAPS};
-use crate::current_loop::{CoilLimits, ForceScale};
+use crate::board::{CoilLimits, ForceScale};
 use rarma_box::guard::{Denial, RigLimits};
 use rarma_box::settings::{
     CERS_BIAS, CERS_GAIN_XM, CERS_GAIN_XP, CERS_GAIN_YM, CERS_GAIN_YP, CERS_GAP, CERS_GAP_CORNER,

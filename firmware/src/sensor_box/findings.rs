@@ -14,7 +14,7 @@ const _: () = assert!(COUNT <= u8::MAX as usize);
 
 /// See the module.
 #[derive(Debug)]
-pub(crate) struct Findings {
+pub(super) struct Findings {
     loaded: Loaded,
     next: u16,
 }

@@ -11,6 +11,7 @@
 //! that never ends is seen by the current loop, whose order runs out, and by the watchdog.
 
 mod findings;
+mod obey;
 mod report;
 mod start;
 mod tick;
@@ -22,7 +23,7 @@ use crate::listen::{self, Listening};
 use crate::rig::RigDuty;
 use crate::rig::RigPlan;
 use crate::store::Store;
-use crate::tell::Teller;
+use crate::tell::{Teller, ToldFaults};
 use findings::Findings;
 use rarma_box::guard::{
     CheckIns, Denial, Duty, FaultCode, FaultRecord, InARow, Mode, RigState, RigWatch, Severity,
@@ -39,20 +40,21 @@ const TICK_US: u64 = 1_000;
 /// See the module.
 #[derive(Debug)]
 pub struct SensorBox {
-    pub(crate) settings: Settings,
-    pub(crate) store: Store,
-    pub(crate) findings: Findings,
-    pub(crate) supervisor: Supervisor,
-    pub(crate) listening: Listening,
-    pub(crate) rig: RigDuty,
-    pub(crate) tell: Teller,
-    pub(crate) control: Control,
-    pub(crate) started: Started,
-    pub(crate) before: Option<FaultRecord>,
+    settings: Settings,
+    store: Store,
+    findings: Findings,
+    supervisor: Supervisor,
+    listening: Listening,
+    rig: RigDuty,
+    tell: Teller,
+    told: ToldFaults,
+    control: Control,
+    started: Started,
+    before: Option<FaultRecord>,
     /// Found at the start, and not told yet.
     unsaid: Option<FaultRecord>,
-    pub(crate) loop_hz: f64,
-    pub(crate) sample_hz: f64,
+    loop_hz: f64,
+    sample_hz: f64,
     commands: Commands,
     watch: RigWatch,
     check_ins: CheckIns,
@@ -87,7 +89,7 @@ impl SensorBox {
     }
 
     /// Something is wrong: trips at once where it must, keeps and tells it.
-    pub(crate) fn fault<B: BoxBoard>(
+    fn fault<B: BoxBoard>(
         &mut self,
         board: &mut B,
         code: FaultCode,
@@ -119,8 +121,9 @@ impl SensorBox {
                 board.keep(&record.to_kept());
             }
         }
-        self.tell
-            .fault(board, record, severity, self.supervisor.mode());
+        let mode = self.supervisor.mode();
+        self.told
+            .tell(&mut self.tell, board, record, severity, mode);
         if severity == Severity::Trip && record.code == FaultCode::HeartbeatLost {
             // What it may still send, once it is heard again, is of another time.
             self.hand_over(board, NOBODY, Handed::HostLost, record.at_us);
@@ -128,11 +131,7 @@ impl SensorBox {
     }
 
     /// Starts a mode and what belongs to it.
-    pub(crate) fn start_mode<B: BoxBoard>(
-        &mut self,
-        board: &mut B,
-        mode: Mode,
-    ) -> Result<(), Denial> {
+    fn start_mode<B: BoxBoard>(&mut self, board: &mut B, mode: Mode) -> Result<(), Denial> {
         if mode == Mode::Monitor {
             if self.supervisor.stage().energised() {
                 return Err(Denial::Energised);
@@ -166,7 +165,7 @@ impl SensorBox {
     }
 
     /// Arms the outputs with the settings of now.
-    pub(crate) fn arm<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) -> Result<(), Refused> {
+    fn arm<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) -> Result<(), Refused> {
         let plan = RigPlan::new(&self.settings, self.loop_hz).map_err(Refused::Denied)?;
         if self.supervisor.mode() == Mode::Cers && self.supervisor.stage() == Stage::Off {
             let reach = self.reach(&plan, now_us);
@@ -186,7 +185,7 @@ impl SensorBox {
     }
 
     /// What the coils can do with a plan, the supply and the spindle of now.
-    pub(crate) fn reach(&self, plan: &RigPlan, now_us: u64) -> Reach {
+    fn reach(&self, plan: &RigPlan, now_us: u64) -> Reach {
         let spindle_hz = self.spindle_hz(now_us).unwrap_or(0.0);
         plan.reach(self.state.supply_v, spindle_hz)
     }
@@ -212,14 +211,6 @@ impl SensorBox {
             self.obey(board, now_us);
         }
         self.check_ins.here(Duty::Link, now_us);
-    }
-
-    /// To take the commands out of the box and put them back costs 1700 instructions.
-    #[inline(never)]
-    fn obey<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) {
-        let mut commands = core::mem::take(&mut self.commands);
-        commands.pass(self, board, now_us);
-        self.commands = commands;
     }
 
     /// Mode, stage and latched fault.

@@ -1,10 +1,10 @@
-//! What the box tells of itself: status and health at their rates, the lights.
+//! What the box tells of itself: who it is, status and health at their rates, the lights.
 
 use super::{SensorBox, TICK_US};
 use crate::board::{BoxBoard, Lights};
 use rarma_box::guard::FaultCode;
-use rarma_box::settings::{TELL_HEALTH, TELL_STATUS};
-use rarma_box::wire::{Health, Status, Telemetry};
+use rarma_box::settings::{SCHEMA_VERSION, SETTINGS, TELL_HEALTH, TELL_STATUS};
+use rarma_box::wire::{ControlMessage, Health, Identity, Status, Telemetry};
 
 impl SensorBox {
     /// Status and health at their rates, and the lights.
@@ -42,7 +42,7 @@ impl SensorBox {
         }
     }
 
-    pub(crate) fn tell_status<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) {
+    pub(super) fn tell_status<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) {
         let contacts = board.contacts();
         let report = self.rig.report();
         let status = Status {
@@ -85,6 +85,27 @@ impl SensorBox {
                 .check_ins
                 .longest_us()
                 .map(|us| u32::try_from(us).unwrap_or(u32::MAX)),
+        }
+    }
+
+    /// Whose turn it is.
+    pub(super) fn control_message(&self) -> ControlMessage {
+        self.control.message(self.settings.link_key().is_some())
+    }
+
+    /// Who this is.
+    pub(super) fn identity<B: BoxBoard>(&self) -> Identity {
+        // Names are the program's own and short; one that is too long would be cut to nothing.
+        Identity {
+            board: B::NAME.try_into().unwrap_or_default(),
+            version: env!("CARGO_PKG_VERSION").try_into().unwrap_or_default(),
+            schema: SCHEMA_VERSION,
+            settings: SETTINGS.len() as u16,
+            sample_rate_hz: self.sample_hz as f32,
+            loop_rate_hz: self.loop_hz as f32,
+            started: self.started,
+            before: self.before,
+            control: self.control_message(),
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::control::{Control, other_than};
 use crate::listen::Listening;
 use crate::rig::{RigDuty, RigPlan};
 use crate::store::{Loaded, Store};
-use crate::tell::Teller;
+use crate::tell::{Teller, ToldFaults};
 use rarma_box::guard::{
     CheckIns, FaultCode, FaultRecord, InARow, KEPT_BYTES, Mode, RigState, RigWatch, Severity,
     Supervisor,
@@ -37,6 +37,7 @@ impl SensorBox {
             // Not armed with this plan: arming makes its own and refuses settings that disagree.
             rig: RigDuty::new(RigPlan::unchecked(&settings, B::LOOP_RATE_HZ)),
             tell: Teller::new(NO_SESSION),
+            told: ToldFaults::new(),
             control: Control::new(NOBODY),
             commands: Commands::default(),
             watch: RigWatch::default(),
@@ -84,10 +85,11 @@ impl SensorBox {
     /// Second half of a start, once: says what was found, and begins to listen if the
     /// settings say so.
     pub fn open<B: BoxBoard>(&mut self, board: &mut B) {
-        let hello = crate::commands::identity::<B>(self);
+        let hello = self.identity::<B>();
         self.tell.tell(board, &Telemetry::Hello(hello));
         if let Some(record) = self.unsaid.take() {
-            self.tell.fault(board, record, Severity::Trip, Mode::Safe);
+            self.told
+                .tell(&mut self.tell, board, record, Severity::Trip, Mode::Safe);
         }
         if self.settings.whole(BOX_START) == 1 {
             // Settings that do not fit leave the box in Safe; the host sees the mode.

@@ -6,6 +6,7 @@ use crate::rig;
 use heapless::Vec;
 use rarma_box::guard::{Duty, Facts, FaultCode, Mode, Permission, RigSeen, Stage};
 use rarma_box::settings::{LINK_HEARTBEAT, TACHO_PULSES, TACHO_SILENCE};
+use rarma_box::wire::Telemetry;
 
 /// Readings of the slow sensors in a row that failed and are a fault.
 const SENSORS_LOST: u32 = 3;
@@ -45,8 +46,13 @@ impl SensorBox {
             self.check_ins.here(Duty::Loop, now_us);
         }
         self.tacho(board, now_us);
-        self.tell.circles(board, &mut self.rig.bar);
-        self.tell.excitation(board, &mut self.rig.exciting);
+        // One message a millisecond of each.
+        if let Some(news) = self.rig.bar.news() {
+            self.tell.tell(board, &Telemetry::Circle(news));
+        }
+        if let Some(news) = self.rig.exciting.news() {
+            self.tell.tell(board, &Telemetry::Excitation(news));
+        }
         self.tell_findings(board, now_us);
         let seen = board.flash_seen();
         for (code, words) in [
@@ -151,7 +157,7 @@ impl SensorBox {
         true
     }
 
-    pub(crate) fn spindle_hz(&self, now_us: u64) -> Option<f32> {
+    pub(super) fn spindle_hz(&self, now_us: u64) -> Option<f32> {
         let pulses = self.settings.whole(TACHO_PULSES);
         if pulses == 0 {
             return None;

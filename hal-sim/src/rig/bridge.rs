@@ -1,18 +1,8 @@
 //! The fast side: what the current loop's interrupt sees and does.
 
 use super::plant::{COILS, GAPS, Plant};
+use firmware::BoardErrorKind;
 use firmware::board::{AdcCode, CoilBridge};
-use firmware::{BoardError, BoardErrorKind};
-
-/// The timer or the converter did not do it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct BridgeRefused;
-
-impl BoardError for BridgeRefused {
-    fn kind(&self) -> BoardErrorKind {
-        BoardErrorKind::Refused
-    }
-}
 
 /// State of bridges and their sensors.
 #[derive(Debug, Clone, Default)]
@@ -55,11 +45,11 @@ impl SimBridge {
 }
 
 impl CoilBridge for SimBridge {
-    type Error = BridgeRefused;
+    type Error = BoardErrorKind;
 
-    fn currents(&mut self) -> Result<[AdcCode; COILS], BridgeRefused> {
+    fn currents(&mut self) -> Result<[AdcCode; COILS], BoardErrorKind> {
         if self.dead {
-            Err(BridgeRefused)
+            Err(BoardErrorKind::Refused)
         } else {
             Ok(self.codes)
         }
@@ -69,10 +59,10 @@ impl CoilBridge for SimBridge {
         self.gaps
     }
 
-    fn set_duty(&mut self, duty: [f32; COILS]) -> Result<(), BridgeRefused> {
+    fn set_duty(&mut self, duty: [f32; COILS]) -> Result<(), BoardErrorKind> {
         if self.refuse {
             self.off();
-            return Err(BridgeRefused);
+            return Err(BoardErrorKind::Refused);
         }
         if self.break_latched.is_none() {
             self.next = Some(duty);

@@ -8,7 +8,7 @@ use crate::failure::Failure;
 use crate::output;
 use crate::report::{self, Course, Provenance, ReportInput, Sound};
 use crate::wording;
-use firmware::App;
+use firmware::Job;
 use hal_sim::plant::cut::VirtualCut;
 use hal_sim::plant::truth::Truth;
 use hal_sim::{Microphone, SimBoard};
@@ -118,7 +118,7 @@ fn describe(name: &str, truth: &Truth, seconds: f64) {
     say!("");
 }
 
-/// Runs the application to the end of the cut, decoding its frames as they come.
+/// Runs the job to the end of the cut, decoding its frames as they come.
 fn play(
     board: &mut SimBoard,
     job: &MonitorJob,
@@ -130,12 +130,12 @@ fn play(
     let mut collector = Collector::default();
     let mut deframer = Deframer::default();
     let mut frames = Vec::new();
-    let mut app = App::start(board, job)
+    let mut running = Job::start(board, job)
         .map_err(|why| Failure::System(format!("the box refused the job: {why:?}")))?;
     let mut state = None;
     loop {
-        let outcome = app.step();
-        let bytes = app.board().link.take();
+        let outcome = running.step();
+        let bytes = running.board().link.take();
         for &byte in &bytes {
             let Some(frame) = deframer.push::<Telemetry>(byte) else {
                 continue;

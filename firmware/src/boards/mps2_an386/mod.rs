@@ -14,7 +14,7 @@ mod whole;
 pub use whole::Mps2Box;
 
 use super::wav::{ByteSource, WavError, WavSource};
-use crate::board::{Board, Clock, Parts};
+use crate::board::{Block, Board, BoardErrorKind, Clock};
 use cortex_m_semihosting::{nr, syscall};
 use rarma_box::wire::MonitorJob;
 
@@ -66,27 +66,6 @@ impl ByteSource for HostFile {
     }
 }
 
-/// The link: frames appended to a file.
-#[derive(Debug)]
-pub struct FileLink(HostFile);
-
-impl embedded_io::ErrorType for FileLink {
-    type Error = embedded_io::ErrorKind;
-}
-
-impl embedded_io::Write for FileLink {
-    fn write(&mut self, bytes: &[u8]) -> Result<usize, Self::Error> {
-        match self.0.write(bytes) {
-            0 if !bytes.is_empty() => Err(embedded_io::ErrorKind::Other),
-            n => Ok(n),
-        }
-    }
-
-    fn flush(&mut self) -> Result<(), Self::Error> {
-        Ok(())
-    }
-}
-
 /// CMSDK timer 0, counting down at 25 MHz. In the emulator it counts
 /// instructions, not time; see docs/emulated-chip.md.
 #[derive(Debug)]
@@ -129,7 +108,8 @@ impl Clock for TimerClock {
 #[derive(Debug)]
 pub struct Mps2 {
     samples: WavSource<HostFile>,
-    link: FileLink,
+    /// The link: frames are appended.
+    output: HostFile,
     clock: TimerClock,
 }
 
@@ -162,23 +142,32 @@ impl Mps2 {
         let samples = WavSource::open(input, job.channel).map_err(SetUpError::Wav)?;
         let board = Self {
             samples,
-            link: FileLink(output),
+            output,
             clock: TimerClock::start(),
         };
         Ok((board, job))
     }
 }
 
-impl Board for Mps2 {
-    type Samples = WavSource<HostFile>;
-    type Link = FileLink;
-    type Clock = TimerClock;
+impl Clock for Mps2 {
+    fn now_us(&mut self) -> u64 {
+        self.clock.now_us()
+    }
+}
 
-    fn parts(&mut self) -> Parts<'_, Self> {
-        Parts {
-            samples: &mut self.samples,
-            link: &mut self.link,
-            clock: &mut self.clock,
-        }
+impl Board for Mps2 {
+    type Error = BoardErrorKind;
+
+    fn samples(&mut self, block: &mut [f32]) -> Result<Block, BoardErrorKind> {
+        Ok(Block {
+            samples: self.samples.read(block),
+            missing: 0,
+        })
+    }
+
+    fn send(&mut self, frame: &[u8]) -> Result<(), BoardErrorKind> {
+        // A host that takes a part of it has no room on its disk.
+        let is_whole = self.output.write(frame) == frame.len();
+        is_whole.then_some(()).ok_or(BoardErrorKind::Disconnected)
     }
 }

@@ -5,7 +5,7 @@ use super::TimerClock;
 use super::memory::{MemoryFlash, SECTOR, SECTORS};
 use super::resonance::{RATE_HZ, Resonance};
 use super::uart::Uart;
-use crate::board::{Block, Clock, Listener, ResetCause};
+use crate::board::{Block, Board, Clock, Listener, ResetCause};
 use crate::parts::{PartFailed, PortLink};
 use core::ops::Range;
 use cortex_m_semihosting::{nr, syscall1};
@@ -42,21 +42,14 @@ impl Mps2Box {
     }
 }
 
-impl Listener for Mps2Box {
-    type Error = PartFailed;
-    type Flash = MemoryFlash;
-
-    const NAME: &'static str = "mps2-an386";
-    const SAMPLE_RATE_HZ: f64 = RATE_HZ as f64;
-
+impl Clock for Mps2Box {
     fn now_us(&mut self) -> u64 {
         self.clock.now_us()
     }
+}
 
-    fn wait(&mut self) {
-        // A UART does not fail.
-        let _ = self.link.pump();
-    }
+impl Board for Mps2Box {
+    type Error = PartFailed;
 
     fn samples(&mut self, block: &mut [f32]) -> Result<Block, PartFailed> {
         let due = self.now_us() * RATE_HZ as u64 / 1_000_000;
@@ -73,12 +66,24 @@ impl Listener for Mps2Box {
         })
     }
 
-    fn receive(&mut self, bytes: &mut [u8]) -> Result<usize, PartFailed> {
-        self.link.receive(bytes)
-    }
-
     fn send(&mut self, frame: &[u8]) -> Result<(), PartFailed> {
         self.link.send(frame)
+    }
+}
+
+impl Listener for Mps2Box {
+    type Flash = MemoryFlash;
+
+    const NAME: &'static str = "mps2-an386";
+    const SAMPLE_RATE_HZ: f64 = RATE_HZ as f64;
+
+    fn wait(&mut self) {
+        // A UART does not fail.
+        let _ = self.link.pump();
+    }
+
+    fn receive(&mut self, bytes: &mut [u8]) -> Result<usize, PartFailed> {
+        self.link.receive(bytes)
     }
 
     fn flash(&mut self) -> (&mut MemoryFlash, Range<u32>) {

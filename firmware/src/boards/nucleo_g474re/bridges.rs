@@ -7,8 +7,11 @@
 
 use super::timing::{self, DEAD_TIME_NS, PWM_HZ, PWM_TOP};
 use super::{injected, scaling};
-use crate::board::{AdcCode, BoardError, BoardErrorKind, COILS, CoilBridge, DacCode, GAPS};
-use crate::current_loop::{CoilAction, CoilOrder, CoilReport, CurrentLoop, Held, MainSide};
+use crate::board::{
+    AdcCode, BoardError, BoardErrorKind, COILS, CoilAction, CoilBridge, CoilOrder, CoilReport,
+    DacCode, GAPS,
+};
+use crate::current_loop::{CurrentLoop, Held, MainSide};
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicBool, Ordering};
 use embassy_stm32::interrupt::typelevel::{self, Handler, Interrupt};

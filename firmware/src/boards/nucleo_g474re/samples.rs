@@ -141,7 +141,7 @@ impl Microphones {
     }
 
     /// Takes the samples of the chosen microphone that there are; see
-    /// [`BoxBoard::samples`](crate::board::BoxBoard::samples).
+    /// [`Board::samples`](crate::board::Board::samples).
     pub(super) fn take(&mut self, block: &mut [f32]) -> Result<Block, Stopped> {
         let written = self.written()?;
         let window = ring::window(self.taken, written, RING as u32);

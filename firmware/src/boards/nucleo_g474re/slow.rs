@@ -6,10 +6,9 @@ use super::settings_flash::{self, SettingsFlash};
 use super::timing::{PWM_HZ, SAMPLE_HZ, TICK_HZ};
 use super::{bridges, clock, injected, memory, random, scaling, supply};
 use crate::board::{
-    Block, BoardError, BoardErrorKind, BoxBoard, Contacts, DacCode, Emergency, FlashSeen, Lights,
-    Origin, Pulse, ResetCause, SensorCodes,
+    Block, Board, BoardError, BoardErrorKind, BoxBoard, Clock, CoilOrder, CoilReport, Contacts,
+    DacCode, Emergency, FlashSeen, Lights, Origin, Pulse, ResetCause, SensorCodes,
 };
-use crate::current_loop::{CoilOrder, CoilReport};
 use core::ops::Range;
 use embassy_stm32::pac::{ADC4, ADC5, DAC1, GPIOA, GPIOC};
 use rarma_box::guard::KEPT_BYTES;
@@ -64,17 +63,41 @@ fn drop_everything() {
 #[derive(Debug)]
 pub struct LastResort;
 
+impl Clock for LastResort {
+    fn now_us(&mut self) -> u64 {
+        clock::now_us()
+    }
+}
+
 impl Emergency for LastResort {
     fn drop_outputs(&mut self) {
         drop_everything();
     }
 
+    fn keep(&mut self, bytes: &[u8; KEPT_BYTES]) {
+        chip::keep(bytes);
+    }
+}
+
+impl Clock for Nucleo {
     fn now_us(&mut self) -> u64 {
         clock::now_us()
     }
+}
 
-    fn keep(&mut self, bytes: &[u8; KEPT_BYTES]) {
-        chip::keep(bytes);
+impl Board for Nucleo {
+    type Error = NucleoError;
+
+    fn samples(&mut self, block: &mut [f32]) -> Result<Block, NucleoError> {
+        Ok(self.microphones.take(block)?)
+    }
+
+    fn send(&mut self, frame: &[u8]) -> Result<(), NucleoError> {
+        if self.link.send(frame) {
+            Ok(())
+        } else {
+            Err(NucleoError::Busy)
+        }
     }
 }
 
@@ -83,17 +106,12 @@ impl Emergency for Nucleo {
         drop_everything();
     }
 
-    fn now_us(&mut self) -> u64 {
-        clock::now_us()
-    }
-
     fn keep(&mut self, bytes: &[u8; KEPT_BYTES]) {
         chip::keep(bytes);
     }
 }
 
 impl BoxBoard for Nucleo {
-    type Error = NucleoError;
     type Flash = SettingsFlash;
 
     const NAME: &'static str = "nucleo-g474re";
@@ -103,10 +121,6 @@ impl BoxBoard for Nucleo {
     fn wait(&mut self) {
         self.link.pump();
         clock::sleep_until(clock::now() + SLEEP);
-    }
-
-    fn samples(&mut self, block: &mut [f32]) -> Result<Block, NucleoError> {
-        Ok(self.microphones.take(block)?)
     }
 
     fn listen_to(&mut self, microphone: u8) {
@@ -213,14 +227,6 @@ impl BoxBoard for Nucleo {
     /// The debugger's serial port is the only one.
     fn origin(&mut self) -> Origin {
         Origin::OwnPort
-    }
-
-    fn send(&mut self, frame: &[u8]) -> Result<(), NucleoError> {
-        if self.link.send(frame) {
-            Ok(())
-        } else {
-            Err(NucleoError::Busy)
-        }
     }
 
     fn lights(&mut self, lights: Lights) {

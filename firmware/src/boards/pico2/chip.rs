@@ -4,7 +4,8 @@ use super::link;
 use super::microphone::{self, Microphone};
 use super::settings_flash::{self, SettingsFlash};
 use crate::board::{
-    Block, BoardError, BoardErrorKind, Emergency, Lights, Listener, ResetCause, WATCHDOG_US,
+    Block, Board, BoardError, BoardErrorKind, Clock, Emergency, Lights, Listener, ResetCause,
+    WATCHDOG_US,
 };
 use crate::parts::OneLight;
 use core::ops::Range;
@@ -92,12 +93,14 @@ fn why_started() -> ResetCause {
 #[derive(Debug)]
 pub struct LastResort;
 
-impl Emergency for LastResort {
-    fn drop_outputs(&mut self) {}
-
+impl Clock for LastResort {
     fn now_us(&mut self) -> u64 {
         now_us()
     }
+}
+
+impl Emergency for LastResort {
+    fn drop_outputs(&mut self) {}
 
     fn keep(&mut self, bytes: &[u8; KEPT_BYTES]) {
         for (n, word) in bytes.as_chunks().0.iter().enumerate() {
@@ -181,16 +184,31 @@ fn wake_at_passes() {
     counter.enable_interrupt();
 }
 
-impl Listener for Pico2<'_> {
+impl Clock for Pico2<'_> {
+    fn now_us(&mut self) -> u64 {
+        now_us()
+    }
+}
+
+impl Board for Pico2<'_> {
     type Error = Stalled;
+
+    fn samples(&mut self, block: &mut [f32]) -> Result<Block, Stalled> {
+        self.microphone.take(block).map_err(|_| Stalled::Microphone)
+    }
+
+    fn send(&mut self, frame: &[u8]) -> Result<(), Stalled> {
+        link::send(frame, now_us())
+            .then_some(())
+            .ok_or(Stalled::Link)
+    }
+}
+
+impl Listener for Pico2<'_> {
     type Flash = SettingsFlash;
 
     const NAME: &'static str = "pico2";
     const SAMPLE_RATE_HZ: f64 = super::i2s::SAMPLE_HZ as f64;
-
-    fn now_us(&mut self) -> u64 {
-        now_us()
-    }
 
     /// An interrupt between the look at USB and the wait ends the wait: the core has marked its event.
     fn wait(&mut self) {
@@ -200,18 +218,8 @@ impl Listener for Pico2<'_> {
         cortex_m::asm::wfe();
     }
 
-    fn samples(&mut self, block: &mut [f32]) -> Result<Block, Stalled> {
-        self.microphone.take(block).map_err(|_| Stalled::Microphone)
-    }
-
     fn receive(&mut self, bytes: &mut [u8]) -> Result<usize, Stalled> {
         Ok(link::receive(bytes))
-    }
-
-    fn send(&mut self, frame: &[u8]) -> Result<(), Stalled> {
-        link::send(frame, now_us())
-            .then_some(())
-            .ok_or(Stalled::Link)
     }
 
     fn flash(&mut self) -> (&mut SettingsFlash, Range<u32>) {

@@ -105,7 +105,7 @@ impl Microphone {
         ring::written(expected, place as u32, RING as u32).ok_or(Stopped)
     }
 
-    /// Takes the samples that there are; see [`Listener::samples`](crate::board::Listener::samples).
+    /// Takes the samples that there are; see [`Board::samples`](crate::board::Board::samples).
     pub(super) fn take(&mut self, block: &mut [f32]) -> Result<Block, Stopped> {
         let written = self.written()?;
         let window = ring::window(self.taken, written, RING as u32);

@@ -12,8 +12,8 @@ use crate::parts::{SimInput, SimPwm, SimRelay, Wire};
 use crate::plant::cers::ExciterConfig;
 use firmware::board::{Contacts, Emergency, Lights, ResetCause};
 use firmware::current_loop::MainSide;
-use firmware::parts::{ContactPins, Gate, PartFailed, PwmValve};
-use firmware::{BoardError, BoardErrorKind, CurrentLoop};
+use firmware::parts::{ContactPins, Gate, PwmValve};
+use firmware::{Clock, CurrentLoop};
 use rarma_box::guard::KEPT_BYTES;
 use std::collections::VecDeque;
 use std::fmt;
@@ -24,22 +24,6 @@ const LOOP_HZ: f64 = 40_000.0;
 const SAMPLE_HZ: f64 = 48_000.0;
 /// Periods that one `wait` lasts.
 const WAIT_PERIODS: u64 = 10;
-
-/// Why a verb failed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct RigError(pub BoardErrorKind);
-
-impl BoardError for RigError {
-    fn kind(&self) -> BoardErrorKind {
-        self.0
-    }
-}
-
-impl From<PartFailed> for RigError {
-    fn from(part: PartFailed) -> Self {
-        Self(part.kind())
-    }
-}
 
 /// Which pins of the rig cannot be read.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -331,6 +315,12 @@ impl SimRig {
     }
 }
 
+impl Clock for SimRig {
+    fn now_us(&mut self) -> u64 {
+        self.now_us - self.start_us
+    }
+}
+
 impl Emergency for SimRig {
     fn drop_outputs(&mut self) {
         let welded = self.stands(FaultKind::GateWelded).is_some();
@@ -339,10 +329,6 @@ impl Emergency for SimRig {
         self.bridge.next = None;
         self.bridge.now = None;
         self.pins.valve.shut();
-    }
-
-    fn now_us(&mut self) -> u64 {
-        self.now_us - self.start_us
     }
 
     fn keep(&mut self, bytes: &[u8; KEPT_BYTES]) {

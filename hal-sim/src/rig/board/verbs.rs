@@ -1,24 +1,74 @@
 //! The verbs of the box, over the plant; what stands between is spoilt by faults.
 
-use super::{LOOP_HZ, PERIOD_US, RigError, SAMPLE_HZ, SimRig, WAIT_PERIODS};
+use super::{LOOP_HZ, PERIOD_US, SAMPLE_HZ, SimRig, WAIT_PERIODS};
 use crate::parts::NoTime;
 use crate::rig::fault::FaultKind;
 use crate::rig::flash::{SECTOR, SECTORS, SimFlash};
 use crate::rig::plant::Spoilt;
 use firmware::board::{
-    AdcCode, Contacts, DacCode, FlashSeen, Lights, Origin, Pulse, ResetCause, SensorCodes,
-    WATCHDOG_US,
+    AdcCode, CoilOrder, CoilReport, Contacts, DacCode, FlashSeen, Lights, Origin, Pulse,
+    ResetCause, SensorCodes, WATCHDOG_US,
 };
-use firmware::current_loop::{CoilOrder, CoilReport};
-use firmware::{Block, BoardErrorKind, BoxBoard};
+use firmware::{Block, Board, BoardErrorKind, BoxBoard};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rarma_box::guard::KEPT_BYTES;
 use rarma_rigs::cers::Source;
 use std::ops::Range;
 
+impl Board for SimRig {
+    type Error = BoardErrorKind;
+
+    fn samples(&mut self, block: &mut [f32]) -> Result<Block, BoardErrorKind> {
+        let first = !self.second_microphone;
+        if first && self.stands(FaultKind::MicDead).is_some() {
+            let due = self.samples_due();
+            // What the converter did not convert was never a sample.
+            while self.sound_given < due {
+                self.sound.next();
+                self.sound_given += 1;
+            }
+            return Err(BoardErrorKind::Converter);
+        }
+        if first && self.falls_due(FaultKind::MicOverrun).is_some() {
+            for _ in 0..500 {
+                self.sound.next();
+            }
+            self.sound_given += 500;
+            self.missing += 500;
+        }
+        let due = self.samples_due();
+        let mut samples = 0;
+        for place in block {
+            if self.sound_given >= due {
+                break;
+            }
+            let x = match &mut self.accelerometer {
+                Some(sensor) => sensor.waiting.pop_front(),
+                None => self.sound.next(),
+            };
+            let x = x.unwrap_or(0.0);
+            self.sound_given += 1;
+            *place = self.heard(x);
+            samples += 1;
+        }
+        Ok(Block {
+            samples,
+            missing: std::mem::take(&mut self.missing),
+        })
+    }
+
+    fn send(&mut self, frame: &[u8]) -> Result<(), BoardErrorKind> {
+        let blocked = self.stands(FaultKind::LinkBlocked).is_some();
+        if self.link.box_sends(frame, blocked) {
+            Ok(())
+        } else {
+            Err(BoardErrorKind::Busy)
+        }
+    }
+}
+
 impl BoxBoard for SimRig {
-    type Error = RigError;
     type Flash = SimFlash;
 
     const NAME: &'static str = "simulated rig";
@@ -51,45 +101,6 @@ impl BoxBoard for SimRig {
         self.second_microphone = microphone == 1;
     }
 
-    fn samples(&mut self, block: &mut [f32]) -> Result<Block, RigError> {
-        let first = !self.second_microphone;
-        if first && self.stands(FaultKind::MicDead).is_some() {
-            let due = self.samples_due();
-            // What the converter did not convert was never a sample.
-            while self.sound_given < due {
-                self.sound.next();
-                self.sound_given += 1;
-            }
-            return Err(RigError(BoardErrorKind::Converter));
-        }
-        if first && self.falls_due(FaultKind::MicOverrun).is_some() {
-            for _ in 0..500 {
-                self.sound.next();
-            }
-            self.sound_given += 500;
-            self.missing += 500;
-        }
-        let due = self.samples_due();
-        let mut samples = 0;
-        for place in block {
-            if self.sound_given >= due {
-                break;
-            }
-            let x = match &mut self.accelerometer {
-                Some(sensor) => sensor.waiting.pop_front(),
-                None => self.sound.next(),
-            };
-            let x = x.unwrap_or(0.0);
-            self.sound_given += 1;
-            *place = self.heard(x);
-            samples += 1;
-        }
-        Ok(Block {
-            samples,
-            missing: std::mem::take(&mut self.missing),
-        })
-    }
-
     fn pulse(&mut self) -> Option<Pulse> {
         if self.spindle_hz <= 0.0 {
             return None;
@@ -118,9 +129,9 @@ impl BoxBoard for SimRig {
         self.coil_loop.excite(signal);
     }
 
-    fn sensors(&mut self) -> Result<SensorCodes, RigError> {
+    fn sensors(&mut self) -> Result<SensorCodes, BoardErrorKind> {
         if self.stands(FaultKind::SensorsDead).is_some() {
-            return Err(RigError(BoardErrorKind::Converter));
+            return Err(BoardErrorKind::Converter);
         }
         let spoilt = if self.faults.is_empty() {
             Spoilt::default()
@@ -148,7 +159,7 @@ impl BoxBoard for SimRig {
         })
     }
 
-    fn valve(&mut self, code: DacCode) -> Result<(), RigError> {
+    fn valve(&mut self, code: DacCode) -> Result<(), BoardErrorKind> {
         let refuses = self.stands(FaultKind::ValveRefuses).is_some();
         self.pins.pwm.refuses.set(refuses);
         let closed = self.energised();
@@ -167,7 +178,7 @@ impl BoxBoard for SimRig {
         pins.contacts.read()
     }
 
-    fn energise(&mut self) -> Result<(), RigError> {
+    fn energise(&mut self) -> Result<(), BoardErrorKind> {
         let contacts = self.contacts();
         let refuses = self.stands(FaultKind::GateRefuses).is_some();
         let pins = &mut self.pins;
@@ -212,7 +223,7 @@ impl BoxBoard for SimRig {
         self.flash.take_seen()
     }
 
-    fn receive(&mut self, bytes: &mut [u8]) -> Result<usize, RigError> {
+    fn receive(&mut self, bytes: &mut [u8]) -> Result<usize, BoardErrorKind> {
         if self.stands(FaultKind::LinkSilent).is_some() {
             self.link.clear();
             return Ok(0);
@@ -230,15 +241,6 @@ impl BoxBoard for SimRig {
 
     fn origin(&mut self) -> Origin {
         self.link.origin
-    }
-
-    fn send(&mut self, frame: &[u8]) -> Result<(), RigError> {
-        let blocked = self.stands(FaultKind::LinkBlocked).is_some();
-        if self.link.box_sends(frame, blocked) {
-            Ok(())
-        } else {
-            Err(RigError(BoardErrorKind::Busy))
-        }
     }
 
     fn lights(&mut self, lights: Lights) {

@@ -3,10 +3,11 @@
 use super::Kernel;
 use core::hint::black_box;
 use firmware::bar::BarDuty;
-use firmware::board::{AdcCode, BoardError, BoardErrorKind, COILS, CoilBridge, GAPS};
-use firmware::current_loop::{
-    CoilAction, CoilLimits, CoilOrder, CurrentLoop, ForceScale, MainSide,
+use firmware::board::{
+    AdcCode, BoardError, BoardErrorKind, COILS, CoilAction, CoilBridge, CoilLimits, CoilOrder,
+    ForceScale, GAPS,
 };
+use firmware::current_loop::{CurrentLoop, MainSide};
 use rarma_box::guard::RigState;
 use rarma_box::settings::Settings;
 use rarma_box::wire::CircleJob;

@@ -1,6 +1,6 @@
 //! What the main side and the current loop tell each other, once a millisecond.
 
-use crate::board::COILS;
+use super::COILS;
 use rarma_box::guard::FaultCode;
 use rarma_rigs::cers::{AxisForce, Block, Tuning};
 
