@@ -73,7 +73,7 @@ fn cut(mill: &mut LinuxCnc, case: &Case) -> Judged {
     let played = play(case, &mut actor, &mut clock);
     drop(actor);
     mill.say("abort");
-    let unturned = simulated(case, false, true);
+    let unturned = simulated(case, false, case.about());
     let judged = played.judge(case, Some(&unturned));
     println!(
         "{:.0} 1/min, {} teeth, behind the clock by {:.3} s at most: {judged:.3?}",

@@ -15,8 +15,8 @@ const RPM: core::ops::Range<f64> = 0.0..1e9;
 fn cuts(kind: Kind, count: usize) -> Vec<Judged> {
     let judged = |seed: u64| {
         let case = drawn(seed, kind, &RPM)?;
-        let unturned = simulated(&case, false, true);
-        Some(simulated(&case, true, true).judge(&case, Some(&unturned)))
+        let unturned = simulated(&case, false, case.about());
+        Some(simulated(&case, true, case.about()).judge(&case, Some(&unturned)))
     };
     let mut out = Vec::new();
     let mut begin = SEEDS;
