@@ -171,20 +171,19 @@ fn judged(seed: u64, form: Form) -> Option<Judged> {
         f_hz,
         f_sd_hz: 0.003 * f_hz,
     });
-    let mut by = |told, by| tried(&case, told, &by, &mut noise);
-    let mut with = |told, structure| by(told, By::Mode { structure });
+    let mut by = |told: Told, by: &By<'_>| tried(&case, told, by, &mut noise);
+    let mut with = |told, structure| by(told, &By::Mode { structure });
     let [without_told, with_told] = [false, true].map(|structure| Some(with(told, structure)));
     let [without_heard, with_heard] =
         [false, true].map(|structure| as_heard.map(|told| with(told, structure)));
     let waves = f_hz / (case.cut.spindle_hz() * case.cut.teeth() as f64);
     let long = form == Form::Long;
     let usual = (long || waves < FEW_WAVES).then(|| case.told(1.0));
-    let by_machine = usual.as_ref().map(|b| by(told, By::Machine(b)));
-    let usual = usual.filter(|_| long);
-    let as_heard_by_machine = usual.as_ref().zip(as_heard);
-    let as_heard_by_machine = as_heard_by_machine.map(|(b, told)| by(told, By::Machine(b)));
+    let by_machine = usual.as_ref().map(|b| by(told, &By::Machine(b)));
+    let as_heard_by_machine = usual.as_ref().zip(as_heard).filter(|_| long);
+    let as_heard_by_machine = as_heard_by_machine.map(|(b, told)| by(told, &By::Machine(b)));
     let twice = (long && seed % TWICE_WRONG == 0).then(|| case.told(2.0));
-    let by_twice = twice.as_ref().map(|b| by(told, By::Machine(b)));
+    let by_twice = twice.as_ref().map(|b| by(told, &By::Machine(b)));
     Some(Judged {
         within: case.within,
         said: [

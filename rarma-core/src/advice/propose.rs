@@ -135,7 +135,7 @@ pub fn advise_by<T: Real>(
     chance: impl Fn(T) -> T,
 ) -> Result<Advice<T>, AdviceError> {
     checked(config, heard, known)?;
-    let belief = Belief::new(config, heard, structure, known).by(chance, known);
+    let belief = Belief::new(config, heard, structure, &[]).by(chance, known);
     Ok(proposed(config, heard, &belief))
 }
 

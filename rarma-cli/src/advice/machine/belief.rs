@@ -24,6 +24,10 @@ const CHARTED_BEFORE: usize = 48;
 const SCOUTS: usize = 8;
 /// Roots that may be heard at one speed.
 const HEARD_ROOTS: usize = 3;
+/// Chance of being stable from which on a speed is proposed. On the 75 cuts with a pocket of seeds 1 to 300 of
+/// the population and the 44 without, told as wrong as usual: 0.95 of the first speeds stable and 0.93 of the
+/// "none" said; from 0.2 on 0.95 and 0.77, from 0.6 on 0.85 and 0.95.
+const LEAST_CHANCE: f64 = 0.4;
 /// Of the weight so much must come of frequencies that the machines have.
 const EXPLAINED: f64 = 0.5;
 
@@ -271,5 +275,9 @@ fn answer(
             0.0
         }
     };
-    advise_by(config, heard, structure, known, chance)
+    let config = AdviceConfig {
+        least_chance: LEAST_CHANCE,
+        ..*config
+    };
+    advise_by(&config, heard, structure, known, chance)
 }
