@@ -148,8 +148,8 @@ fn a_real_controller_turns_cuts_with_their_machine_told() {
 #[test]
 #[ignore = "half an hour, and LinuxCNC"]
 fn a_real_controller_turns_chattering_cuts_to_a_stable_speed_long() {
-    let (_folder, mut mill, _turn) = long("act, long", Told::Modes);
-    let stable = cuts(&mut mill, Kind::Stable, 50, Told::Modes);
+    let mut mill = long("act, long", Told::Modes);
+    let stable = cuts(&mut mill.0, Kind::Stable, 50, Told::Modes);
     let orders: usize = stable.iter().map(|j| j.orders).sum();
     println!(
         "of 50 stable: orders {orders}, alarms {}",
@@ -162,12 +162,13 @@ fn a_real_controller_turns_chattering_cuts_to_a_stable_speed_long() {
 #[test]
 #[ignore = "half an hour, and LinuxCNC"]
 fn a_real_controller_turns_cuts_with_their_machine_told_long() {
-    long("act with the machine told, long", Told::Machine);
+    let _mill = long("act with the machine told, long", Told::Machine);
     all_judged("act with the machine told, long");
 }
 
-/// 50 cuts with a pocket and 20 without; gives back the mill that is still there.
-fn long(form: &str, told: Told) -> (Folder, LinuxCnc, MutexGuard<'static, ()>) {
+/// 50 cuts with a pocket and 20 without; gives back the mill that is still there, and what it needs until it
+/// has gone.
+fn long(form: &str, told: Told) -> (LinuxCnc, Folder, MutexGuard<'static, ()>) {
     assert!(
         is_there(),
         "linuxcnc is not in the path: install linuxcnc-uspace"
@@ -217,5 +218,5 @@ fn long(form: &str, told: Told) -> (Folder, LinuxCnc, MutexGuard<'static, ()>) {
     holds(&bar("released after that, s"), released_s, 0.0..=0.6);
     holds(&bar("false calls"), false_calls as f64, 0.0..=0.0);
     holds(&bar("of 20 none said"), said as f64, 19.0..=20.0);
-    (folder, mill, turn)
+    (mill, folder, turn)
 }

@@ -182,7 +182,7 @@ fn judged(seed: u64, form: Form) -> Option<Judged> {
     let by_machine = usual.as_ref().map(|b| by(told, &By::Machine(b)));
     let as_heard_by_machine = usual.as_ref().zip(as_heard).filter(|_| long);
     let as_heard_by_machine = as_heard_by_machine.map(|(b, told)| by(told, &By::Machine(b)));
-    let twice = (long && seed % TWICE_WRONG == 0).then(|| case.told(2.0));
+    let twice = (long && seed.is_multiple_of(TWICE_WRONG)).then(|| case.told(2.0));
     let by_twice = twice.as_ref().map(|b| by(told, &By::Machine(b)));
     Some(Judged {
         within: case.within,

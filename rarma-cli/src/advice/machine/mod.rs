@@ -66,8 +66,8 @@ impl Spread {
     }
 }
 
-/// Steps a period of the fastest mode: with 24 growth rates are off by less than a hundredth of the
-/// damping, a tenth of what the cutting coefficient is not known by, and a root takes a third of the time.
+/// Steps a period of the fastest mode. In 20 the growth of 20 random cuts, with damping of some tens 1/s, is that in
+/// 60 within 0.7 1/s, of one within 2 % (150 for 153 1/s), and a root takes a third of the time.
 const STEPS: f64 = 24.0;
 
 /// The same is said of the same sound.
