@@ -166,20 +166,15 @@ impl Extent {
 /// What may be ordered in these loops.
 pub const LIMITS: (f64, f64) = (0.5, 1.5);
 
-/// One case with a simulated controller, which may be ordered or not; its structure is told or not.
+/// One case with a simulated controller, which may be ordered or not, and of which this is told.
 ///
 /// # Panics
 /// As [`play`].
 #[must_use]
-pub fn simulated(case: &Case, act: bool, with_structure: bool) -> Played {
+pub fn simulated(case: &Case, act: bool, about: Chatter) -> Played {
     let spindle = Spindle::turning(case.cut.spindle_hz());
     let mut controller = SimulatedController(Arc::new(Mutex::new(spindle)));
     let config = ActConfig::limits(act, LIMITS.0, LIMITS.1);
-    let about = Chatter {
-        teeth: case.cut.teeth() as u32,
-        structure: with_structure.then_some(case.structure),
-        power: None,
-    };
     let port = Box::new(controller.clone());
     let mut actor = Actor::new(port, config, about, None).expect("in range");
     play(case, &mut actor, &mut controller)

@@ -5,8 +5,13 @@ use core::ops::Range;
 use hal_sim::plant::cut::Process;
 use hal_sim::plant::truth::roots;
 use hal_sim::population::Cut;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rarma_cli::advice::machine::{Belief, Chart, Machine, Spread};
+use rarma_cli::controller::Chatter;
 use rarma_core::advice::{AdviceConfig, HeardChatter, KnownCut, Proposal, advise};
 use rarma_core::decide::{StructuralMode, Structure};
+use std::sync::Arc;
 
 /// The reach: an override of 50 to 150 %.
 pub const REACH: (f64, f64) = (0.5, 1.5);
@@ -190,6 +195,63 @@ impl Case {
         known: &[KnownCut<f64>],
         with_structure: bool,
     ) -> Option<Proposal<f64>> {
+        let (reach, heard) = self.asked(told, ratio);
+        let structure = with_structure.then_some(&self.structure);
+        let advice = advise(&reach, &heard, structure, known).expect("sound");
+        advice.first().copied()
+    }
+
+    /// What is believed where its machine is told, with errors of so many times the usual deviations: so
+    /// wrong by a draw of its own. The belief takes them for usual.
+    #[must_use]
+    pub fn told(&self, errors: f64) -> Belief {
+        let mut rng = ChaCha8Rng::seed_from_u64(self.cut.seed);
+        let truth = Machine::of(self.process.clone());
+        let told = truth.like(&Spread::USUAL.times(errors), &mut rng);
+        Belief::new(told, Spread::USUAL, 1)
+    }
+
+    /// What an actor is told of it: teeth and modes.
+    #[must_use]
+    pub fn about(&self) -> Chatter {
+        Chatter {
+            teeth: self.cut.teeth() as u32,
+            structure: Some(self.structure),
+            ..Chatter::default()
+        }
+    }
+
+    /// The same, and its machine, usually wrong. This takes seconds.
+    #[must_use]
+    pub fn about_with_machine(&self) -> Chatter {
+        let hz = self.cut.spindle_hz();
+        let belief = self.told(1.0);
+        let chart: Chart = belief.chart(hz, (REACH.0 * hz, REACH.1 * hz), || ());
+        Chatter {
+            machine: Some((hz, Arc::new(chart))),
+            ..self.about()
+        }
+    }
+
+    /// [`Self::proposed_knowing`], where this is believed of the machine; where nothing of it agrees, as if
+    /// nobody had told it.
+    #[must_use]
+    pub fn proposed_by(
+        &self,
+        belief: &Belief,
+        told: Told,
+        ratio: f64,
+        known: &[KnownCut<f64>],
+    ) -> Option<Proposal<f64>> {
+        let (reach, heard) = self.asked(told, ratio);
+        match belief.advise(&reach, &heard, known, || ()).expect("sound") {
+            Some(advice) => advice.first().copied(),
+            None => self.proposed_knowing(told, ratio, known, false),
+        }
+    }
+
+    /// What may be turned, and what was heard at so many times the cut's speed.
+    fn asked(&self, told: Told, ratio: f64) -> (AdviceConfig<f64>, HeardChatter<f64>) {
         let hz = self.cut.spindle_hz();
         let heard = HeardChatter {
             f_hz: told.f_hz,
@@ -198,10 +260,7 @@ impl Case {
             spindle_sd_hz: 0.001 * hz,
             teeth: self.cut.teeth() as u32,
         };
-        let reach = AdviceConfig::reach(REACH.0 * hz, REACH.1 * hz);
-        let structure = with_structure.then_some(&self.structure);
-        let advice = advise(&reach, &heard, structure, known).expect("sound");
-        advice.first().copied()
+        (AdviceConfig::reach(REACH.0 * hz, REACH.1 * hz), heard)
     }
 
     /// The plain rule: of the speeds f/(k·N) within reach the nearest, over the cut's.

@@ -88,6 +88,11 @@ pub fn cases() -> Vec<Case> {
         ),
         case("advise", "IN/sound.wav --json", &[]),
         case(
+            "advise",
+            "IN/sound.wav --rpm 11000 --teeth 3 --machine three-mode-chatter --json",
+            &[],
+        ),
+        case(
             "act",
             "IN/sound.wav --rpm 3000 --teeth 2 --controller dry --override 60:120 --log OUT/act.jsonl --report OUT/page",
             &["page/index.html"],

@@ -2,9 +2,11 @@
 //! what it must be told to say it; `monitor --json` has the same as `advice` of an alarm where
 //! speed and teeth are told, and is to the byte what it was where they are not.
 
+use hal_sim::plant::truth::roots;
 use host_tests::files::Folder;
 use host_tests::process::Ended;
 use host_tests::rarma;
+use rarma_scenarios::scenario::load;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -198,6 +200,102 @@ fn a_list_of_cuts_that_is_none_is_refused_before_anything_is_heard() {
     assert_eq!(on("advise", &file, &absent).code, Some(3));
 }
 
+/// The three-mode miller, which chatters.
+fn three_modes(folder: &Folder) -> PathBuf {
+    let file = folder.path().join("three.wav");
+    let text = file.to_str().expect("a name");
+    let ended = rarma!().run(["simulate", "three-mode-chatter", "--out", text]);
+    assert_eq!(ended.code, Some(0), "{}", ended.stderr);
+    file
+}
+
+#[test]
+fn a_machine_that_is_told_tells_a_stable_speed() {
+    let folder = Folder::default();
+    let file = three_modes(&folder);
+    let options = "--rpm 11000 --teeth 3";
+    let machine = format!("{options} --machine three-mode-chatter --json");
+    let answer = last(&on("advise", &file, &machine));
+    let advice = &answer["alarms"][0]["advice"];
+    assert_eq!(advice["machine"], "explains", "{answer}");
+    let process = load("three-mode-chatter", None)
+        .expect("shipped")
+        .scenario
+        .process;
+    let depth_m = process.depth().largest();
+    let rpm = number(&advice["speeds"][0]["rpm"]);
+    let there = process.at_spindle_hz(rpm / 60.0);
+    let root = roots(&there, f64::INFINITY, depth_m, 1).expect("roots")[0];
+    assert!(root.growth_per_s < 0.0, "{rpm}: {root:?}");
+    assert!(number(&advice["speeds"][0]["chance"]) > 0.5, "{advice}");
+    // The same is said again, and the page has it, too.
+    let dir = folder.path().join("page");
+    let report = format!("{machine} --report {}", dir.display());
+    assert_eq!(last(&on("advise", &file, &report)), answer);
+    let page = std::fs::read_to_string(dir.join("index.html")).expect("a page");
+    assert!(page.contains(&format!("{rpm:.0}")), "{rpm}");
+    // Without it nothing of it is said.
+    let plain = last(&on("advise", &file, &format!("{options} --json")));
+    assert!(plain["alarms"][0]["advice"]["machine"].is_null());
+    assert!(plain["alarms"][0]["advice"]["waves"].is_number());
+    // Another machine, which does not chatter so: the advice is as without it, and it is said.
+    let other = format!("{options} --machine spindle-10000");
+    let said = on("advise", &file, &other).stdout;
+    assert!(said.contains("does not chatter so"), "{said}");
+    let other = last(&on("advise", &file, &format!("{other} --json")));
+    let mut advice = other["alarms"][0]["advice"].clone();
+    assert_eq!(advice["machine"], "contradicts");
+    advice.as_object_mut().expect("an object").remove("machine");
+    assert_eq!(advice, plain["alarms"][0]["advice"]);
+}
+
+#[test]
+fn a_machine_of_another_cut_is_refused_before_anything_is_heard() {
+    let folder = Folder::default();
+    let file = folder.path().join("no.wav");
+    let absent = folder.path().join("absent.toml").display().to_string();
+    for (machine, options, code, says) in [
+        (absent.as_str(), "--rpm 11000 --teeth 3", 3, "absent.toml"),
+        (
+            "turning-980",
+            "--rpm 11000 --teeth 3",
+            2,
+            "it is turned with 1 edge, and --teeth is 3",
+        ),
+        (
+            "three-mode-chatter",
+            "--rpm 11000 --teeth 2",
+            2,
+            "with 3 teeth, and --teeth is 2",
+        ),
+    ] {
+        for command in ["advise", "act"] {
+            let more = if command == "act" {
+                "--controller dry"
+            } else {
+                ""
+            };
+            let ended = on(
+                command,
+                &file,
+                &format!("{options} {more} --machine {machine}"),
+            );
+            assert_eq!(
+                ended.code,
+                Some(code),
+                "{command} {machine}: {}",
+                ended.stderr
+            );
+            assert!(
+                ended.stderr.contains(says),
+                "{command} {machine}: {}",
+                ended.stderr
+            );
+            assert_eq!(ended.stderr.trim().lines().count(), 1, "{}", ended.stderr);
+        }
+    }
+}
+
 #[test]
 fn odd_options_are_refused() {
     let folder = Folder::default();
@@ -211,6 +309,9 @@ fn odd_options_are_refused() {
         "--power x",
         "--remember",
         "--depth-mm 0",
+        "--machine-sd 1",
+        "--machine three-mode-chatter --machine-sd 0",
+        "--machine three-mode-chatter --machine-sd 11",
     ] {
         let ended = on("advise", &file, options);
         assert_eq!(ended.code, Some(2), "{options}");

@@ -22,13 +22,14 @@ const ODD: [&str; 11] = [
 ];
 
 /// `{}` stands for the number, `FILE` for a recording of two channels, `RAW` for a raw one.
-const OPTIONS: [&str; 36] = [
+const OPTIONS: [&str; 37] = [
     "advise FILE --json --rpm={} --teeth=4",
     "advise FILE --json --rpm=6000 --teeth={}",
     "advise FILE --json --rpm=6000 --teeth=4 --reach={}:120",
     "advise FILE --json --rpm=6000 --teeth=4 --reach=50:{}",
     "advise FILE --json --rpm=6000 --teeth=4 --power={}",
     "advise FILE --json --rpm=6000 --teeth=4 --depth-mm={}",
+    "advise FILE --json --rpm=11000 --teeth=3 --machine=three-mode-chatter --machine-sd={}",
     "monitor FILE --json --rpm={}",
     "monitor FILE --json --rpm=6000 --teeth={}",
     "monitor FILE --json --threshold={}",

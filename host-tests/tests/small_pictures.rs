@@ -208,7 +208,7 @@ fn lobes(rarma: Rarma) -> Chart {
 /// without orders.
 fn act() -> [Chart; 2] {
     let case = drawn(SEEDS + 9, Kind::Pocket, &(0.0..1e9)).expect("the first such cut");
-    let [turned, left] = [true, false].map(|act| simulated(&case, act, true));
+    let [turned, left] = [true, false].map(|act| simulated(&case, act, case.about()));
     let (on_s, off_s) = turned.alarms[0];
     let off_s = off_s.expect("released");
     let x = || Scale::linear("time (s)", 0.5, 3.0);

@@ -14,6 +14,7 @@ mod fleet;
 mod gateway;
 mod ldbb;
 mod listen;
+mod machine;
 mod manual;
 mod note;
 mod numbers;
@@ -39,6 +40,7 @@ pub use fleet::{
 pub use gateway::GatewayArgs;
 pub use ldbb::{KnownArgs, LdbbAnalyseArgs, LdbbCommand, LdbbCompareArgs, LdbbRunArgs};
 pub use listen::ListenArgs;
+pub use machine::MachineArgs;
 pub use manual::{CompletionsArgs, ManArgs};
 pub use note::by_key as notes_by_key;
 pub use numbers::NumbersArgs;

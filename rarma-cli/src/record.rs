@@ -6,7 +6,7 @@
 
 mod advice;
 
-pub use advice::{AdviceRecord, HelpRecord, SpeedRecord, VariationRecord};
+pub use advice::{AdviceRecord, HelpRecord, MachineRecord, SpeedRecord, VariationRecord};
 
 use rarma_core::decide::{Agreement, Histogram};
 use serde::{Deserialize, Serialize};

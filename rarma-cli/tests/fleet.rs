@@ -458,6 +458,7 @@ fn what_act_logged_becomes_advice_and_outcomes() {
             teeth: 3,
             structure: None,
             power: None,
+            machine: None,
         },
         Some(ActLog::open(&dry).unwrap()),
     )

@@ -1,16 +1,22 @@
 //! Which speed to turn instead, for each alarm of a run: as a record for JSON, in words, and
 //! what is missing to say it.
 
+pub mod machine;
 mod words;
 
-pub use crate::record::{AdviceRecord, HelpRecord, SpeedRecord, VariationRecord};
+pub use crate::record::{AdviceRecord, HelpRecord, MachineRecord, SpeedRecord, VariationRecord};
 pub use words::{missing_words, sentences};
 
 use crate::args::{AdviseArgs, MonitorArgs, USUAL_REACH};
 use crate::collect::News;
+use crate::progress::progress;
 use crate::record::{Alarm, SpeedSource, Summary};
-use rarma_core::advice::{AdviceConfig, HeardChatter, KnownCut, VariationConfig, advise, vary};
+use machine::Belief;
+use rarma_core::advice::{
+    Advice, AdviceConfig, HeardChatter, KnownCut, VariationConfig, advise, vary,
+};
 use rarma_core::decide::Structure;
+use std::sync::Arc;
 
 /// So many alarms get advice, the first ones: a day of alarms is not worked out for seconds.
 const MOST: usize = 1000;
@@ -19,6 +25,8 @@ const MOST: usize = 1000;
 const MOST_SWINGS: usize = 20;
 /// In so many what is known of other cuts counts: each takes some six hundredths of a second.
 const MOST_LEARNT: usize = 100;
+/// Of so many a machine that is told is asked: each takes some seconds.
+const MOST_BY_MACHINE: usize = 20;
 /// A line is good for the speed of an alarm so long, s.
 const FRESH_S: f64 = 1.0;
 /// Standard deviation of an alarm's frequency, as a part of it: half of the alarms of random
@@ -32,7 +40,7 @@ const TOLD_SD: f64 = 0.005;
 const SAME_SPEED: f64 = 0.01;
 
 /// What may be turned, in the user's measure, and what is known of other cuts.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Reach {
     /// Override, percent of the present speed, from and to.
     pub percent: (f64, f64),
@@ -44,6 +52,8 @@ pub struct Reach {
     pub swing: VariationConfig<f64>,
     /// Other cuts with the same tool.
     pub known: Vec<KnownCut<f64>>,
+    /// The machine, where one is told.
+    pub machine: Option<Arc<Belief>>,
 }
 
 impl Default for Reach {
@@ -54,6 +64,7 @@ impl Default for Reach {
             same_feed: false,
             swing: VariationConfig::default(),
             known: Vec::new(),
+            machine: None,
         }
     }
 }
@@ -72,6 +83,7 @@ impl From<&AdviseArgs> for Reach {
                 most_hz: args.swing_hz.unwrap_or(usual.most_hz),
             },
             known: Vec::new(),
+            machine: None,
         }
     }
 }
@@ -88,6 +100,15 @@ pub enum Missing {
 
 /// See [`Advisor::memory`].
 pub(crate) type Memory = (Option<(f64, f64, bool)>, Vec<Option<(f64, f64)>>);
+
+/// What is asked beside an alarm.
+struct Asked<'a> {
+    known: &'a [KnownCut<f64>],
+    /// A machine that is told, and whether it is asked.
+    machine: Option<Option<&'a Belief>>,
+    /// A swing of the speed, too, where no speed is stable.
+    swing: bool,
+}
 
 /// Gives advice for the alarms of one run.
 #[derive(Debug, Clone)]
@@ -206,7 +227,14 @@ impl Advisor {
             } else {
                 Vec::new()
             };
-            let advice = speed.and_then(|speed| self.of(alarm.f, speed, &known, swings > 0));
+            let machine =
+                (self.reach.machine.as_deref()).map(|m| (n < MOST_BY_MACHINE).then_some(m));
+            let asked = Asked {
+                known: &known,
+                machine,
+                swing: swings > 0,
+            };
+            let advice = speed.and_then(|speed| self.of(alarm.f, speed, &asked));
             if advice.as_ref().is_some_and(|a| a.variation.is_some()) {
                 swings -= 1;
             }
@@ -223,7 +251,12 @@ impl Advisor {
         let speed = self.at.last().copied().flatten();
         let swing = self.at.len() <= MOST_SWINGS;
         let known = self.known(speed, []);
-        let advice = speed.and_then(|speed| self.of(alarm.f, speed, &known, swing));
+        let asked = Asked {
+            known: &known,
+            machine: None,
+            swing,
+        };
+        let advice = speed.and_then(|speed| self.of(alarm.f, speed, &asked));
         advice.map(|advice| sentences(&advice)).unwrap_or_default()
     }
 
@@ -242,13 +275,7 @@ impl Advisor {
         self.reach.known.iter().copied().chain(elsewhere).collect()
     }
 
-    fn of(
-        &self,
-        f_hz: f64,
-        (rpm, rpm_sd): (f64, f64),
-        known: &[KnownCut<f64>],
-        swing: bool,
-    ) -> Option<AdviceRecord> {
+    fn of(&self, f_hz: f64, (rpm, rpm_sd): (f64, f64), asked: &Asked<'_>) -> Option<AdviceRecord> {
         let heard = HeardChatter {
             f_hz,
             f_sd_hz: F_SD * f_hz,
@@ -262,15 +289,35 @@ impl Advisor {
             keeps_feed: !self.reach.same_feed,
             ..AdviceConfig::reach(at(self.reach.percent.0), at(self.reach.percent.1))
         };
-        let advice = advise(&config, &heard, self.structure.as_ref(), known).ok()?;
+        let by_machine = |belief: &Belief| -> Option<Advice<f64>> {
+            let bar = progress(Belief::CHARTED as u64, "machines like the one told");
+            let advice = belief.advise(&config, &heard, asked.known, || bar.inc(1));
+            bar.finish_and_clear();
+            advice.ok()?
+        };
+        let told = asked.machine.flatten().and_then(by_machine);
+        let machine = asked.machine.map(|asked| match (asked, &told) {
+            (None, _) => MachineRecord::NotAsked,
+            (_, Some(_)) => MachineRecord::Explains,
+            (_, None) => MachineRecord::Contradicts,
+        });
+        let of_machine = || self.reach.machine.as_ref()?.structure();
+        let structure = told.as_ref().and_then(|_| of_machine()).or(self.structure);
+        let advice = match told {
+            Some(told) => told,
+            None => advise(&config, &heard, structure.as_ref(), asked.known).ok()?,
+        };
         let top = match self.reach.power {
             Some(power) if !self.reach.same_feed => self.reach.percent.1.min(100.0 * power),
             _ => self.reach.percent.1,
         };
         let reach = (at(self.reach.percent.0), at(top));
-        let variation = (swing && advice.first().is_none())
-            .then(|| vary(&self.reach.swing, &heard, self.structure.as_ref()).ok())
+        let variation = (asked.swing && advice.first().is_none())
+            .then(|| vary(&self.reach.swing, &heard, structure.as_ref()).ok())
             .flatten();
-        Some(AdviceRecord::new(&advice, variation.as_ref(), rpm, reach))
+        Some(AdviceRecord {
+            machine,
+            ..AdviceRecord::new(&advice, variation.as_ref(), rpm, reach)
+        })
     }
 }

@@ -1,11 +1,17 @@
 //! Advice in words a machinist can act on.
 
-use super::{AdviceRecord, HelpRecord, Missing, SpeedRecord, VariationRecord};
+use super::{AdviceRecord, HelpRecord, MachineRecord, Missing, SpeedRecord, VariationRecord};
 
 /// What to do about one alarm, a sentence each.
 pub fn sentences(advice: &AdviceRecord) -> Vec<String> {
     let [low, high] = advice.reach_rpm;
     let mut out = Vec::new();
+    if advice.machine == Some(MachineRecord::Contradicts) {
+        out.push(
+            "The machine that is told does not chatter so at this speed, nor do machines like it: the file is of another tool, cut or set-up. What follows is without it."
+                .to_owned(),
+        );
+    }
     match advice.speeds.split_first() {
         Some((first, others)) => {
             out.push(format!(
@@ -135,6 +141,7 @@ mod tests {
             beyond_rpm: Some(16_500.0),
             helps: vec![HelpRecord::LessDepth, HelpRecord::OtherTeeth],
             variation: None,
+            machine: None,
         }
     }
 
@@ -196,6 +203,18 @@ mod tests {
         assert!(
             said[2].contains("not likely to help (chance 10 %)") && said[2].contains("1.3 rad")
         );
+    }
+
+    #[test]
+    fn a_machine_that_does_not_chatter_so_is_said_first() {
+        let with = |machine| AdviceRecord {
+            machine,
+            ..advice(vec![speed(10_700.0, 1.0)])
+        };
+        let said = sentences(&with(Some(MachineRecord::Contradicts)));
+        assert!(said[0].contains("does not chatter so") && said[1].starts_with("Turn 10700"));
+        let plain = sentences(&with(None));
+        assert_eq!(sentences(&with(Some(MachineRecord::Explains))), plain);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Options of `act`.
 
-use super::{MonitorArgs, pair, within};
+use super::{MachineArgs, MonitorArgs, pair, within};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -35,6 +35,9 @@ pub struct ActArgs {
     /// Power that the spindle can give over what the cut takes, such as 1.3.
     #[arg(long, value_name = "RATIO", value_parser = |text: &str| within(text, 0.1, 100.0))]
     pub power: Option<f64>,
+    /// The machine, where it is known.
+    #[command(flatten)]
+    pub machine: MachineArgs,
     /// The feed is not ordered: it stays, and the feed of a tooth changes with the speed.
     #[arg(long)]
     pub same_feed: bool,

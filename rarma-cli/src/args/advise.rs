@@ -1,6 +1,6 @@
 //! Options of `advise`.
 
-use super::{MonitorArgs, pair, within};
+use super::{MachineArgs, MonitorArgs, pair, within};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -20,6 +20,9 @@ pub struct AdviseArgs {
     /// the same feed of a tooth takes more.
     #[arg(long, value_name = "RATIO", value_parser = |text: &str| within(text, 0.1, 100.0))]
     pub power: Option<f64>,
+    /// The machine, where it is known.
+    #[command(flatten)]
+    pub machine: MachineArgs,
     /// Cuts with the same tool that are known, stable or not: a table with the columns rpm, state (stable
     /// or chatter) and, if they are known, f in Hz and depth in mm.
     #[arg(long, value_name = "FILE")]

@@ -69,6 +69,10 @@ const EXAMPLES: &[(&[&str], &[Example])] = &[
                 "rarma advise cut.wav --rpm 12000 --teeth 2 --structure modes.json",
             ),
             (
+                "The machine is known: its modes with stiffness and direction, the cutter, the depth",
+                "rarma advise cut.wav --rpm 12000 --teeth 2 --machine mill.toml",
+            ),
+            (
                 "What came of other cuts with this tool counts, and this one is added to them",
                 "rarma advise cut.wav --rpm 12000 --teeth 2 --known cuts.csv --depth-mm 2 --remember",
             ),

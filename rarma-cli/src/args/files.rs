@@ -26,11 +26,13 @@ impl Command {
                 .read([&a.monitor.input.input])
                 .read(&a.monitor.structure)
                 .read(&a.known)
+                .read(&a.machine.machine)
                 .folder("--report", a.monitor.report.as_ref(), PAGE),
             Self::Act(a) => files
                 .read([&a.monitor.input.input])
                 .read(&a.monitor.structure)
                 .read(&a.log)
+                .read(&a.machine.machine)
                 .folder("--report", a.monitor.report.as_ref(), PAGE),
             Self::Identify(a) => {
                 files

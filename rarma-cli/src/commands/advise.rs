@@ -3,12 +3,13 @@
 use super::known;
 use super::monitor::{self, Manner};
 use super::show::Finished;
-use crate::advice::{Advisor, Missing, Reach, missing_words, sentences};
+use crate::advice::{Advisor, Missing, Reach, machine, missing_words, sentences};
 use crate::args::{AdviseArgs, MonitorArgs};
 use crate::failure::Failure;
 use crate::output::stdout;
 use crate::record::{Alarm, Summary};
 use serde::Serialize;
+use std::sync::Arc;
 
 /// The one object of `--json`.
 #[derive(Serialize)]
@@ -33,6 +34,7 @@ pub(super) fn main(args: &AdviseArgs) -> Result<u8, Failure> {
     };
     let reach = Reach {
         known: known::read(args)?,
+        machine: machine::told(&args.machine, args.monitor.teeth)?.map(Arc::new),
         ..Reach::from(args)
     };
     let manner = Manner {

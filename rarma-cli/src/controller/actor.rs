@@ -4,10 +4,12 @@
 use super::Controller;
 use super::log::{ActLog, ActRecord, What};
 use crate::advice::F_SD;
+use crate::advice::machine::Chart;
 use crate::failure::Failure;
 use rarma_core::act::{ActConfig, Policy, Reading};
-use rarma_core::advice::{AdviceConfig, HeardChatter, KnownCut, MOST_REACH, advise};
+use rarma_core::advice::{Advice, AdviceConfig, HeardChatter, KnownCut, MOST_REACH, advise};
 use rarma_core::decide::Structure;
+use std::sync::Arc;
 
 /// Standard deviation of a speed that a controller reports, as a part of it.
 const SPEED_SD: f64 = 0.001;
@@ -15,7 +17,7 @@ const SPEED_SD: f64 = 0.001;
 const SAME_SPEED: f64 = 0.01;
 
 /// What is known of the cutter and the machine.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Default)]
 pub struct Chatter {
     /// Teeth.
     pub teeth: u32,
@@ -23,6 +25,8 @@ pub struct Chatter {
     pub structure: Option<Structure<f64>>,
     /// Power at most over the present one.
     pub power: Option<f64>,
+    /// The machine, where it is told, and the programmed speed, turns a second, that its chart is for.
+    pub machine: Option<(f64, Arc<Chart>)>,
 }
 
 /// Turns what is heard into orders.
@@ -39,6 +43,8 @@ pub struct Actor {
     reading: Option<Reading>,
     /// Speeds of this program at which it chattered.
     known: Vec<KnownCut<f64>>,
+    /// That the machine that is told is of no use has been said.
+    said_without: bool,
 }
 
 impl Actor {
@@ -68,6 +74,7 @@ impl Actor {
             chatter_hz: None,
             reading: None,
             known: Vec::new(),
+            said_without: false,
         })
     }
 
@@ -75,6 +82,11 @@ impl Actor {
     pub fn heard(&mut self, t_s: f64, chatter_hz: Option<f64>) {
         self.chatter_hz = chatter_hz;
         self.policy.heard(t_s, chatter_hz.is_some());
+    }
+
+    /// The machine is told, with the programmed speed, turns a second, that its chart is for.
+    pub fn told(&mut self, program_hz: f64, chart: Chart) {
+        self.about.machine = Some((program_hz, Arc::new(chart)));
     }
 
     /// The speed that the listening believes in, turns a second.
@@ -168,6 +180,32 @@ impl Actor {
         self.note(t_s, What::Gone { error })
     }
 
+    /// By the machine that is told, or else by the one mode that is heard.
+    fn advice(
+        &mut self,
+        t_s: f64,
+        program_hz: f64,
+        config: &AdviceConfig<f64>,
+        heard: &HeardChatter<f64>,
+        said: &mut impl FnMut(ActRecord),
+    ) -> Option<Advice<f64>> {
+        if let Some((for_hz, chart)) = self.about.machine.clone() {
+            let why = if (for_hz / program_hz - 1.0).abs() > SAME_SPEED {
+                "speed"
+            } else if let Ok(Some(advice)) = chart.advise(config, heard, &self.known) {
+                return Some(advice);
+            } else {
+                "chatter"
+            };
+            if !core::mem::replace(&mut self.said_without, true) {
+                said(self.note(t_s, What::WithoutMachine { why }));
+            }
+        }
+        let structure = self.about.structure.as_ref();
+        // What is out of range, such as a frequency that is none, has no advice.
+        advise(config, heard, structure, &self.known).ok()
+    }
+
     /// Overrides at which the cut may be stable, the best first.
     fn proposals(&mut self, t_s: f64, said: &mut impl FnMut(ActRecord)) -> Vec<f64> {
         let (Some(reading), Some(f_hz)) = (self.reading, self.chatter_hz) else {
@@ -190,9 +228,7 @@ impl Actor {
             keeps_feed: self.config.keeps_feed,
             ..AdviceConfig::reach(least_hz, most_hz)
         };
-        let structure = self.about.structure.as_ref();
-        // What is out of range, such as a frequency that is none, has no advice.
-        let advice = advise(&config, &heard, structure, &self.known).ok();
+        let advice = self.advice(t_s, reading.program_hz, &config, &heard, said);
         let hz: Vec<f64> = advice
             .iter()
             .flat_map(|a| a.proposals.iter().flatten())

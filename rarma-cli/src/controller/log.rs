@@ -41,6 +41,11 @@ pub enum What {
         /// Of the override, percent.
         limits: [f64; 2],
     },
+    /// What comes next is proposed without the machine that is told.
+    WithoutMachine {
+        /// `speed`: the program asks for another one; `chatter`: the machine does not chatter so.
+        why: &'static str,
+    },
     /// Speeds are proposed for a chatter.
     Proposed {
         /// Of the chatter, Hz.
@@ -168,6 +173,12 @@ pub fn words(record: &ActRecord) -> String {
         } => format!("may order an override of {least:.0} to {most:.0} % of {controller}"),
         What::Begins { controller, .. } => {
             format!("only says what it would order; controller: {controller}")
+        }
+        What::WithoutMachine { why: "speed" } => {
+            "without the machine that is told: the program asks for another speed than at the beginning".to_owned()
+        }
+        What::WithoutMachine { .. } => {
+            "without the machine that is told: it does not chatter so; the file is of another tool, cut or set-up".to_owned()
         }
         What::Proposed { speeds, .. } if speeds.is_empty() => {
             "no stable speed within the limits".to_owned()

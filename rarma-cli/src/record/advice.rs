@@ -59,6 +59,18 @@ pub struct VariationRecord {
     pub helps: bool,
 }
 
+/// What a machine that is told says of an alarm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MachineRecord {
+    /// It chatters so: the speeds are by all of its modes.
+    Explains,
+    /// It does not, nor do machines like it: the speeds are without it.
+    Contradicts,
+    /// It was not asked, of one alarm of too many.
+    NotAsked,
+}
+
 /// What to turn instead, of one alarm.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AdviceRecord {
@@ -84,6 +96,9 @@ pub struct AdviceRecord {
     /// of such alarms only.
     #[serde(default)]
     pub variation: Option<VariationRecord>,
+    /// What the machine that is told says; only where one is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub machine: Option<MachineRecord>,
 }
 
 /// So many decimals and no more.
@@ -129,6 +144,7 @@ impl AdviceRecord {
             beyond_rpm: advice.beyond_hz.map(rpm),
             helps,
             variation: swing.map(|v| variation(v, at_rpm)),
+            machine: None,
         }
     }
 }

@@ -92,6 +92,13 @@ impl<T: Real> Belief<T> {
         out
     }
 
+    /// The same with chances that are known otherwise, and what came of the speeds that were tried.
+    pub(super) fn by(mut self, chance: impl Fn(T) -> T, known: &[KnownCut<T>]) -> Self {
+        self.chances = self.speeds.map(chance);
+        known.iter().for_each(|cut| self.tried(cut));
+        self
+    }
+
     /// What came of a speed says something of those around it, whatever the cases say: one that chattered no
     /// deeper than the cut that is asked about spoils them, one that was stable as deep holds for them.
     fn tried(&mut self, cut: &KnownCut<T>) {

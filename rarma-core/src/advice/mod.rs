@@ -43,5 +43,5 @@ pub use config::{AdviceConfig, AdviceError, MOST_REACH};
 pub use heard::{HeardChatter, KnownCut, MOST_KNOWN, Outcome};
 pub use lobes::{Lobes, MOST_MARGIN, Side};
 pub use phase::{Phase, load_of, phase_of, ratio_of};
-pub use propose::{Advice, Help, MOST_PROPOSALS, Proposal, advise};
+pub use propose::{Advice, Help, MOST_PROPOSALS, Proposal, advise, advise_by};
 pub use vary::{Variation, VariationConfig, vary};

@@ -116,24 +116,60 @@ pub fn advise<T: Real>(
     structure: Option<&Structure<T>>,
     known: &[KnownCut<T>],
 ) -> Result<Advice<T>, AdviceError> {
+    checked(config, heard, known)?;
+    let belief = Belief::new(config, heard, structure, known);
+    Ok(proposed(config, heard, &belief))
+}
+
+/// [`advise`], where more is known than one mode tells: `chance` is the chance that the cut is stable at
+/// a speed, turns a second. Mode, waves and margins are those of the one mode; a speed that was tried
+/// counts beside the chances.
+///
+/// # Errors
+/// As [`advise`].
+pub fn advise_by<T: Real>(
+    config: &AdviceConfig<T>,
+    heard: &HeardChatter<T>,
+    structure: Option<&Structure<T>>,
+    known: &[KnownCut<T>],
+    chance: impl Fn(T) -> T,
+) -> Result<Advice<T>, AdviceError> {
+    checked(config, heard, known)?;
+    let belief = Belief::new(config, heard, structure, &[]).by(chance, known);
+    Ok(proposed(config, heard, &belief))
+}
+
+fn checked<T: Real>(
+    config: &AdviceConfig<T>,
+    heard: &HeardChatter<T>,
+    known: &[KnownCut<T>],
+) -> Result<(), AdviceError> {
     config.validate()?;
     heard.validate()?;
     known.iter().try_for_each(KnownCut::validate)?;
-    let top_hz = config.top_hz(heard.spindle_hz);
-    if !(top_hz > config.least_hz) {
-        return Err(AdviceError::Reach);
+    if config.top_hz(heard.spindle_hz) > config.least_hz {
+        Ok(())
+    } else {
+        Err(AdviceError::Reach)
     }
-    let belief = Belief::new(config, heard, structure, known);
-    let held = held(&belief, config.hold);
+}
+
+fn proposed<T: Real>(
+    config: &AdviceConfig<T>,
+    heard: &HeardChatter<T>,
+    belief: &Belief<T>,
+) -> Advice<T> {
+    let held = held(belief, config.hold);
     let best_chance = held.iter().fold(T::ZERO, |best, x| best.max(*x));
     let most_waves = belief.usual.most_waves().unwrap_or(T::ZERO);
     let waves = heard.waves();
-    Ok(Advice {
+    let top_hz = config.top_hz(heard.spindle_hz);
+    Advice {
         waves,
         most_waves,
         natural_hz: belief.usual.natural_hz(),
         of_structure: belief.of_structure,
-        proposals: proposals(config, heard, &belief, &held),
+        proposals: proposals(config, heard, belief, &held),
         best_chance,
         beyond_hz: beyond(&belief.usual, top_hz, heard, most_waves),
         helps: if waves > most_waves {
@@ -141,7 +177,7 @@ pub fn advise<T: Real>(
         } else {
             [Help::LessDepth, Help::OtherTeeth, Help::SpeedVariation]
         },
-    })
+    }
 }
 
 /// Mean chance within the hold around each speed; beyond the ends it is that of the end.

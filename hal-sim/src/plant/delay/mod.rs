@@ -120,9 +120,17 @@ impl DelaySystem {
             .flat_map(|l| l.regeneration.iter().map(|r| r.0))
             .max()
             .unwrap_or(1);
-        let maps = laws.iter().map(|law| StepMap::new(&seen, law, dt, scale));
+        let mut maps: Vec<StepMap> = Vec::with_capacity(laws.len());
+        for (k, law) in laws.iter().enumerate() {
+            // In air, and in turning, one step is as the one before.
+            let map = match maps.last() {
+                Some(last) if laws[k - 1] == *law => last.clone(),
+                _ => StepMap::new(&seen, law, dt, scale)?,
+            };
+            maps.push(map);
+        }
         Ok(Self {
-            maps: maps.collect::<Result<_, _>>()?,
+            maps,
             seen,
             period_s,
             history,
