@@ -161,7 +161,7 @@ real!(
     single::sqrt,
     single::sin_cos,
     single::ln_1p,
-    libm::logf,
+    single::ln,
     single::exp,
     single::atan2,
     single::round

@@ -34,6 +34,7 @@ functions! {
     SqrtOurs, "sqrt, ours", |x| Real::sqrt(x);
     SqrtLibm, "sqrt, libm", |x| libm::sqrtf(x);
     SqrtMicromath, "sqrt, micromath", |x| F32Ext::sqrt(x);
+    LnOurs, "ln, ours", |x| Real::ln(x);
     LnLibm, "ln, libm", |x| libm::logf(x);
     LnMicromath, "ln, micromath", |x| F32Ext::ln(x);
     ExpOurs, "exp, ours", |x| Real::exp(x);
