@@ -30,8 +30,7 @@ impl Play {
         let port = controller::Grbl::open(&grbl.port, 115_200).expect("a port");
         let about = Chatter {
             teeth: 3,
-            structure: None,
-            power: None,
+            ..Chatter::default()
         };
         let config = ActConfig::limits(true, 0.8, 1.2);
         let actor = Actor::new(Box::new(port), config, about, None).expect("in range");

@@ -35,8 +35,7 @@ impl Hand {
         let port = controller::LinuxCnc::open(COMPONENT, true).expect("it listens");
         let about = Chatter {
             teeth: 3,
-            structure: None,
-            power: None,
+            ..Chatter::default()
         };
         let config = ActConfig::limits(true, LIMITS.0, LIMITS.1);
         let mut hand = Self {
