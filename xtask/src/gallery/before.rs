@@ -61,6 +61,9 @@ fn drawn_by(workspace: &Workspace, commit: &str, shown: &[Shown]) -> Result<Gall
         .args(["build", "--release", "--quiet", "-p", "rarma-cli"])
         .current_dir(&tree.folder)
         .env("CARGO_TARGET_DIR", &target);
+    if has_plant(&tree.folder) {
+        build.args(["--features", "fleet"]);
+    }
     eprintln!("gallery before: building {commit}");
     process::run(&mut build)?;
     Gallery::make(
@@ -69,6 +72,12 @@ fn drawn_by(workspace: &Workspace, commit: &str, shown: &[Shown]) -> Result<Gall
         (&folder, &around.join("work")),
         Failing::PassedOver,
     )
+}
+
+/// Whether that commit's program draws pictures of a plant, which it is built with on request only.
+fn has_plant(tree: &Path) -> bool {
+    let manifest = fs::read_to_string(tree.join("rarma-cli/Cargo.toml"));
+    manifest.is_ok_and(|text| text.lines().any(|line| line.starts_with("fleet = ")))
 }
 
 /// Another work tree of this repository, gone with this.
