@@ -13,6 +13,8 @@ use std::process::Command;
 
 /// The recording's scenario.
 const RECORDING: &str = include_str!("recording.toml");
+/// A shipped one.
+const MACHINE: &str = include_str!("../../../rarma-scenarios/scenarios/three-mode-chatter.toml");
 
 /// A structure hit by a hammer: frequency Hz, damping ratio, stiffness N/µm.
 const STRUCK: [(f64, f64, f64); 2] = [(1070.0, 0.034, 12.0), (1960.0, 0.025, 30.0)];
@@ -93,6 +95,7 @@ impl Maker {
                 process::status(command.stdout(std::process::Stdio::null()))?;
                 at("box.frames")
             }
+            Input::Machine => self.write("machine.toml", MACHINE.as_bytes()),
             Input::Key => self.write(
                 "link.key",
                 format!("{}\n", "0123456789abcdef".repeat(4)).as_bytes(),

@@ -18,6 +18,8 @@ pub enum Input {
     Frames,
     /// A link's key.
     Key,
+    /// A mill that was tapped.
+    Machine,
 }
 
 /// Commands whose first file is a recording.
@@ -75,6 +77,9 @@ pub fn inputs(arguments: &[String]) -> Vec<(usize, Input)> {
         ];
         let found = named.map(|(option, input)| value_of(arguments, option).map(|k| (k, input)));
         out.extend(found.into_iter().flatten());
+    }
+    if ["advise", "act"].contains(&word(0)) {
+        out.extend(value_of(arguments, "--machine").map(|k| (k, Input::Machine)));
     }
     if ["box", "connect"].contains(&word(0)) {
         let keys = ["--key", "--set-key"].map(|option| value_of(arguments, option));
@@ -138,6 +143,10 @@ mod tests {
         assert_eq!(
             found("els fit els-load-bar --unknown joint.0 --loads l.csv --receptance m.uff"),
             [(6, Input::Loads), (8, Input::Receptances)]
+        );
+        assert_eq!(
+            found("advise my.wav --rpm 9000 --machine m.toml"),
+            [(1, Input::Recording), (5, Input::Machine)]
         );
         assert_eq!(found("connect PORT --set-key a.key"), [(3, Input::Key)]);
         for none in [
