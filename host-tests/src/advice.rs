@@ -245,7 +245,7 @@ impl Case {
     ) -> Option<Proposal<f64>> {
         let (reach, heard) = self.asked(told, ratio);
         match belief.advise(&reach, &heard, known, || ()).expect("sound") {
-            Some(advice) => advice.first().copied(),
+            Some(answer) => answer.advice.first().copied(),
             None => self.proposed_knowing(told, ratio, known, false),
         }
     }

@@ -11,10 +11,8 @@ use crate::args::{AdviseArgs, MonitorArgs, USUAL_REACH};
 use crate::collect::News;
 use crate::progress::progress;
 use crate::record::{Alarm, SpeedSource, Summary};
-use machine::Belief;
-use rarma_core::advice::{
-    Advice, AdviceConfig, HeardChatter, KnownCut, VariationConfig, advise, vary,
-};
+use machine::{Answer, Belief};
+use rarma_core::advice::{AdviceConfig, HeardChatter, KnownCut, VariationConfig, advise, vary};
 use rarma_core::decide::Structure;
 use std::sync::Arc;
 
@@ -289,22 +287,23 @@ impl Advisor {
             keeps_feed: !self.reach.same_feed,
             ..AdviceConfig::reach(at(self.reach.percent.0), at(self.reach.percent.1))
         };
-        let by_machine = |belief: &Belief| -> Option<Advice<f64>> {
+        let by_machine = |belief: &Belief| -> Option<Answer> {
             let bar = progress(Belief::CHARTED as u64, "machines like the one told");
-            let advice = belief.advise(&config, &heard, asked.known, || bar.inc(1));
+            let answer = belief.advise(&config, &heard, asked.known, || bar.inc(1));
             bar.finish_and_clear();
-            advice.ok()?
+            answer.ok()?
         };
         let told = asked.machine.flatten().and_then(by_machine);
         let machine = asked.machine.map(|asked| match (asked, &told) {
             (None, _) => MachineRecord::NotAsked,
-            (_, Some(_)) => MachineRecord::Explains,
+            (_, Some(Answer { explains: true, .. })) => MachineRecord::Explains,
+            (_, Some(_)) => MachineRecord::Expects,
             (_, None) => MachineRecord::Contradicts,
         });
         let of_machine = || self.reach.machine.as_ref()?.structure();
         let structure = told.as_ref().and_then(|_| of_machine()).or(self.structure);
         let advice = match told {
-            Some(told) => told,
+            Some(told) => told.advice,
             None => advise(&config, &heard, structure.as_ref(), asked.known).ok()?,
         };
         let top = match self.reach.power {

@@ -6,11 +6,16 @@ use super::{AdviceRecord, HelpRecord, MachineRecord, Missing, SpeedRecord, Varia
 pub fn sentences(advice: &AdviceRecord) -> Vec<String> {
     let [low, high] = advice.reach_rpm;
     let mut out = Vec::new();
-    if advice.machine == Some(MachineRecord::Contradicts) {
-        out.push(
-            "The machine that is told does not chatter so at this speed, nor do machines like it: the file is of another tool, cut or set-up. What follows is without it."
+    match advice.machine {
+        Some(MachineRecord::Contradicts) => out.push(
+            "The machine that is told does not chatter at this speed, nor do machines like it: the file is of another tool, cut or set-up. What follows is without it."
                 .to_owned(),
-        );
+        ),
+        Some(MachineRecord::Expects) => out.push(
+            "The machine that is told chatters at this speed, but at another frequency: something else may be heard, or the file be of another tool. The speeds are those of the file."
+                .to_owned(),
+        ),
+        _ => {}
     }
     match advice.speeds.split_first() {
         Some((first, others)) => {
@@ -212,7 +217,9 @@ mod tests {
             ..advice(vec![speed(10_700.0, 1.0)])
         };
         let said = sentences(&with(Some(MachineRecord::Contradicts)));
-        assert!(said[0].contains("does not chatter so") && said[1].starts_with("Turn 10700"));
+        assert!(said[0].contains("does not chatter at this") && said[1].starts_with("Turn 10700"));
+        let said = sentences(&with(Some(MachineRecord::Expects)));
+        assert!(said[0].contains("at another frequency") && said[1].starts_with("Turn 10700"));
         let plain = sentences(&with(None));
         assert_eq!(sentences(&with(Some(MachineRecord::Explains))), plain);
     }

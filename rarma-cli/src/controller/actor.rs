@@ -192,8 +192,8 @@ impl Actor {
         if let Some((for_hz, chart)) = self.about.machine.clone() {
             let why = if (for_hz / program_hz - 1.0).abs() > SAME_SPEED {
                 "speed"
-            } else if let Ok(Some(advice)) = chart.advise(config, heard, &self.known) {
-                return Some(advice);
+            } else if let Ok(Some(answer)) = chart.advise(config, heard, &self.known) {
+                return Some(answer.advice);
             } else {
                 "chatter"
             };

@@ -65,6 +65,8 @@ pub struct VariationRecord {
 pub enum MachineRecord {
     /// It chatters so: the speeds are by all of its modes.
     Explains,
+    /// It chatters at this speed, but not so: the speeds are its own, whatever was heard.
+    Expects,
     /// It does not, nor do machines like it: the speeds are without it.
     Contradicts,
     /// It was not asked, of one alarm of too many.

@@ -2,7 +2,7 @@
 //! they are stable.
 
 use super::curve::{Curve, Point};
-use super::likelihood::{of_chatter, of_known};
+use super::likelihood::{Known, of_chatter, of_known};
 use super::{Machine, Spread};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -28,8 +28,19 @@ const HEARD_ROOTS: usize = 3;
 /// the population and the 44 without, told as wrong as usual: 0.95 of the first speeds stable and 0.93 of the
 /// "none" said; from 0.2 on 0.95 and 0.77, from 0.6 on 0.85 and 0.95.
 const LEAST_CHANCE: f64 = 0.4;
-/// Of the weight so much must come of frequencies that the machines have.
+/// The frequency is one of theirs where so much of the weight comes of frequencies that the machines have.
 const EXPLAINED: f64 = 0.5;
+/// Where it is none of theirs, so many of them must chatter at the speed: more than do not.
+const CHATTERING: f64 = 0.5;
+
+/// What machines like the one that is told say.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Answer {
+    /// Which speeds to turn.
+    pub advice: Advice<f64>,
+    /// They chatter at the frequency that was heard; otherwise at this speed, but at others.
+    pub explains: bool,
+}
 
 /// Roots of every drawn machine at one speed and depth.
 type Looks = Arc<Vec<Vec<Point>>>;
@@ -88,8 +99,8 @@ impl Belief {
         found
     }
 
-    /// Which speeds to turn, as [`advise_by`] ranks them; none where no such machine chatters as was
-    /// heard. `done` is called after each machine that is looked at.
+    /// Which speeds to turn, as [`advise_by`] ranks them; none where machines like it do
+    /// not chatter at this speed. `done` is called after each machine that is looked at.
     ///
     /// # Errors
     /// As [`advise_by`].
@@ -99,7 +110,7 @@ impl Belief {
         heard: &HeardChatter<f64>,
         known: &[KnownCut<f64>],
         done: impl Fn() + Sync,
-    ) -> Result<Option<Advice<f64>>, AdviceError> {
+    ) -> Result<Option<Answer>, AdviceError> {
         heard.validate()?;
         known.iter().try_for_each(KnownCut::validate)?;
         config.validate()?;
@@ -109,17 +120,20 @@ impl Belief {
             .iter()
             .map(|cut| self.looks(cut.spindle_hz, cut.depth))
             .collect();
-        let weights: Option<Vec<f64>> = weighed(heard, known, &here, &there);
-        let Some(weights) = weights else {
+        let structure = self.structure();
+        let structure = structure.as_ref();
+        let Some(weighed) = weighed(heard, structure, known, &here, &there) else {
             return Ok(None);
         };
-        let times = resampled(&weights, CHARTED);
+        let times = resampled(&weighed.weights, CHARTED);
         let mut chosen: Vec<usize> = (0..times.len()).filter(|k| times[*k] > 0).collect();
         chosen.sort_by_key(|k| core::cmp::Reverse(times[*k]));
         let curves = self.looked_at(&chosen, (config.least_hz, config.most_hz), None, &done);
-        let weights: Vec<f64> = chosen.iter().map(|k| times[*k] as f64).collect();
-        let structure = self.structure();
-        answer(config, heard, structure.as_ref(), known, &curves, &weights).map(Some)
+        let weighed = Weighed {
+            weights: chosen.iter().map(|k| times[*k] as f64).collect(),
+            ..weighed
+        };
+        answer(config, heard, structure, known, &curves, &weighed).map(Some)
     }
 
     /// Curves of these machines: of the first of them everywhere, of the others where one of those is
@@ -187,18 +201,18 @@ impl Chart {
         config: &AdviceConfig<f64>,
         heard: &HeardChatter<f64>,
         known: &[KnownCut<f64>],
-    ) -> Result<Option<Advice<f64>>, AdviceError> {
+    ) -> Result<Option<Answer>, AdviceError> {
         heard.validate()?;
         let known = last(known);
         let at = |hz: f64| -> Looks {
             Arc::new(self.curves.iter().map(|curve| vec![curve.at(hz)]).collect())
         };
         let there: Vec<Looks> = known.iter().map(|cut| at(cut.spindle_hz)).collect();
-        let Some(weights) = weighed(heard, known, &at(heard.spindle_hz), &there) else {
+        let (structure, here) = (self.structure.as_ref(), at(heard.spindle_hz));
+        let Some(weighed) = weighed(heard, structure, known, &here, &there) else {
             return Ok(None);
         };
-        let structure = self.structure.as_ref();
-        answer(config, heard, structure, known, &self.curves, &weights).map(Some)
+        answer(config, heard, structure, known, &self.curves, &weighed).map(Some)
     }
 }
 
@@ -207,33 +221,53 @@ fn last(known: &[KnownCut<f64>]) -> &[KnownCut<f64>] {
     &known[known.len().saturating_sub(MOST_KNOWN)..]
 }
 
-/// Weights of the machines; none where what was heard is none of theirs.
+/// How much each machine counts.
+struct Weighed {
+    weights: Vec<f64>,
+    explains: bool,
+}
+
+/// Weights of the machines; none where they do not chatter at this speed.
 fn weighed(
     heard: &HeardChatter<f64>,
+    structure: Option<&Structure<f64>>,
     known: &[KnownCut<f64>],
     here: &Looks,
     there: &[Looks],
-) -> Option<Vec<f64>> {
+) -> Option<Weighed> {
     let sd = heard
         .f_sd_hz
         .hypot(heard.f_hz * heard.spindle_sd_hz / heard.spindle_hz);
+    let modes = structure.map(Structure::modes).unwrap_or_default();
+    let modes_hz: Vec<f64> = modes.iter().map(|mode| mode.f_hz).collect();
+    let cut = Known {
+        spindle_hz: heard.spindle_hz,
+        teeth: heard.teeth,
+        modes_hz: &modes_hz,
+    };
     let own = here
         .iter()
-        .map(|roots| of_chatter(roots, (heard.f_hz, sd), heard.spindle_hz, heard.teeth));
+        .map(|roots| of_chatter(roots, (heard.f_hz, sd), &cut));
     let own: Vec<_> = own.collect();
     let all: f64 = own.iter().map(|one| one.weight).sum();
     let explained: f64 = own.iter().map(|one| one.explained).sum();
-    if !(explained > EXPLAINED * all) {
+    let explains = explained > EXPLAINED * all;
+    let grows = |roots: &&Vec<Point>| roots.iter().any(|p| p.growth_per_s >= 0.0);
+    let chattering = here.iter().filter(grows).count();
+    if !(explains || chattering as f64 > CHATTERING * here.len() as f64) {
         return None;
     }
     let weight = |(k, own): (usize, f64)| {
         let others = known.iter().zip(there);
-        others.fold(own, |weight, (cut, looks)| {
-            weight * of_known(&looks[k], cut, heard.teeth)
+        others.fold(own, |weight, (other, looks)| {
+            weight * of_known(&looks[k], other, &cut)
         })
     };
     let own = own.iter().map(|one| one.weight);
-    Some(own.enumerate().map(weight).collect())
+    Some(Weighed {
+        weights: own.enumerate().map(weight).collect(),
+        explains,
+    })
 }
 
 /// How often each is among so many, by its weight: systematic resampling.
@@ -258,8 +292,9 @@ fn answer(
     structure: Option<&Structure<f64>>,
     known: &[KnownCut<f64>],
     curves: &[Curve],
-    weights: &[f64],
-) -> Result<Advice<f64>, AdviceError> {
+    weighed: &Weighed,
+) -> Result<Answer, AdviceError> {
+    let weights = &weighed.weights;
     let stable = |curves: &[Curve], hz: f64| {
         let all: f64 = weights[..curves.len()].iter().sum();
         let stable = curves.iter().zip(weights);
@@ -279,5 +314,8 @@ fn answer(
         least_chance: LEAST_CHANCE,
         ..*config
     };
-    advise_by(&config, heard, structure, known, chance)
+    Ok(Answer {
+        advice: advise_by(&config, heard, structure, known, chance)?,
+        explains: weighed.explains,
+    })
 }

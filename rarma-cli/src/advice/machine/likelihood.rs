@@ -3,13 +3,16 @@
 use super::curve::Point;
 use rarma_core::advice::{KnownCut, Outcome};
 
-/// Part of the alarms that are at the frequency of a growing root itself; and at a sideband or overtone of
-/// it: on random cuts nine of ten lie within some percent.
-const STRAIGHT: f64 = 0.85;
-const BESIDE: f64 = 0.12;
+/// Part of the alarms that are at the frequency of a growing root itself, as chatter that is still small is.
+const STRAIGHT: f64 = 0.65;
+/// That of chatter that stands: teeth leave the cut, the load is less than that of the depth, and the less it
+/// is the nearer the frequency lies to that of the mode.
+const STANDING: f64 = 0.2;
+/// That of alarms at a sideband or overtone.
+const BESIDE: f64 = 0.1;
 /// Density of the rest, alarms of something else, per unit of the logarithm of the frequency: they may
 /// lie anywhere in three octaves.
-const ELSEWHERE: f64 = (1.0 - STRAIGHT - BESIDE) / 2.0;
+const ELSEWHERE: f64 = (1.0 - STRAIGHT - STANDING - BESIDE) / 2.0;
 /// Sidebands to either side: so many turns and teeth off.
 const MOST_TURNS: u32 = 2;
 const MOST_TEETH: u32 = 3;
@@ -25,13 +28,22 @@ pub(super) struct Likelihood {
     pub explained: f64,
 }
 
+/// What is known of a cut beside its chatter.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Known<'a> {
+    /// Turns a second.
+    pub spindle_hz: f64,
+    pub teeth: u32,
+    /// Natural frequencies of the machine, Hz.
+    pub modes_hz: &'a [f64],
+}
+
 /// Of a chatter that was heard at a frequency and its standard deviation, Hz, where the machine has these
 /// roots; of several that grow any may be heard.
 pub(super) fn of_chatter(
     roots: &[Point],
     (f_hz, sd_hz): (f64, f64),
-    spindle_hz: f64,
-    teeth: u32,
+    cut: &Known<'_>,
 ) -> Likelihood {
     let growing: Vec<f64> = roots
         .iter()
@@ -46,18 +58,26 @@ pub(super) fn of_chatter(
         };
     }
     let sd = (sd_hz / f_hz).max(LEAST_SD);
-    let bell = |at: f64| {
-        let off = (f_hz / at).ln() / sd;
-        (-0.5 * off * off).exp() / (sd * (2.0 * core::f64::consts::PI).sqrt())
+    // Flat from one logarithm to the other, with half a bell at either end.
+    let between = |from: f64, to: f64| {
+        let (low, high) = (from.min(to), from.max(to));
+        let off = (f_hz.ln() - f_hz.ln().clamp(low, high)) / sd;
+        let area = high - low + sd * (2.0 * core::f64::consts::PI).sqrt();
+        (-0.5 * off * off).exp() / area
     };
+    let bell = |at: f64| between(at.ln(), at.ln());
     let mut explained = 0.0;
     for own in &growing {
-        let turn = (1..=MOST_TURNS).map(|k| f64::from(k) * spindle_hz);
-        let tooth = (1..=MOST_TEETH).map(|k| f64::from(k * teeth) * spindle_hz);
+        let turn = (1..=MOST_TURNS).map(|k| f64::from(k) * cut.spindle_hz);
+        let tooth = (1..=MOST_TEETH).map(|k| f64::from(k * cut.teeth) * cut.spindle_hz);
         let mut beside: Vec<f64> = turn.chain(tooth).flat_map(|d| [own - d, own + d]).collect();
         beside.extend([2.0 * own, 3.0 * own, 0.5 * own]);
         let sum: f64 = beside.iter().map(|at| bell(at.abs())).sum();
-        explained += STRAIGHT * bell(*own) + BESIDE * sum / beside.len() as f64;
+        let off = |mode: &&f64| (*mode / own).ln().abs();
+        let mode = cut.modes_hz.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+        explained += STRAIGHT * bell(*own)
+            + STANDING * between(own.ln(), mode.unwrap_or(own).ln())
+            + BESIDE * sum / beside.len() as f64;
     }
     explained /= growing.len() as f64;
     Likelihood {
@@ -66,12 +86,16 @@ pub(super) fn of_chatter(
     }
 }
 
-/// Of what came of another cut.
-pub(super) fn of_known(roots: &[Point], cut: &KnownCut<f64>, teeth: u32) -> f64 {
+/// Of what came of another cut of this machine.
+pub(super) fn of_known(roots: &[Point], cut: &KnownCut<f64>, here: &Known<'_>) -> f64 {
     let grows = roots.iter().any(|p| p.growth_per_s >= 0.0);
     match cut.outcome {
         Outcome::Chatter { f_hz: Some(heard) } => {
-            of_chatter(roots, heard, cut.spindle_hz, teeth).weight
+            let there = Known {
+                spindle_hz: cut.spindle_hz,
+                ..*here
+            };
+            of_chatter(roots, heard, &there).weight
         }
         outcome if (outcome == Outcome::Stable) == grows => CONTRADICTED,
         _ => 1.0,

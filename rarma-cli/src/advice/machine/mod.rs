@@ -7,7 +7,7 @@ mod likelihood;
 #[cfg(test)]
 mod tests;
 
-pub use belief::{Belief, Chart};
+pub use belief::{Answer, Belief, Chart};
 
 use crate::args::MachineArgs;
 use crate::failure::Failure;

@@ -1,12 +1,12 @@
 use super::curve::{Curve, Point};
-use super::likelihood::{of_chatter, of_known};
+use super::likelihood::{Known, of_chatter, of_known};
 use super::*;
 use hal_sim::plant::delay::DepthSearch;
 use hal_sim::plant::milling::{Engagement, MillingConfig};
 use hal_sim::plant::process::Schedule;
 use hal_sim::plant::truth::limit_of;
 use rand::SeedableRng;
-use rarma_core::advice::{AdviceConfig, HeardChatter, KnownCut};
+use rarma_core::advice::{Advice, AdviceConfig, HeardChatter, KnownCut};
 
 const HZ: f64 = 150.0;
 
@@ -119,17 +119,33 @@ fn a_curve_is_the_delay_equation_between_what_was_looked_at() {
 fn a_frequency_that_the_machine_has_weighs_more() {
     let at = |growth_per_s, f_hz| Point { growth_per_s, f_hz };
     let roots = [at(20.0, 1000.0), at(-5.0, 1500.0)];
-    let of = |f: f64| of_chatter(&roots, (f, 0.003 * f), 150.0, 2);
+    let cut = Known {
+        spindle_hz: 150.0,
+        teeth: 2,
+        modes_hz: &[940.0, 1490.0],
+    };
+    let of = |f: f64| of_chatter(&roots, (f, 0.003 * f), &cut);
     assert!(of(1002.0).weight > 20.0 * of(1025.0).weight);
+    // What stands has lost some of its load: it lies between the mode and the root.
+    assert!(
+        of(970.0).weight > 20.0 * of(1030.0).weight && of(970.0).weight > 20.0 * of(915.0).weight
+    );
+    assert!(of(1000.0).weight > 5.0 * of(970.0).weight);
+    // A bell and a flat: all of it is a chance.
+    let all: f64 = (0..8000)
+        .map(|k| 300.0 * (f64::from(k) / 2000.0).exp())
+        .map(|f| of(f).explained / 2000.0)
+        .sum();
+    assert!((all - 0.95).abs() < 0.01, "{all}");
     // Of what decays nothing is heard; a sideband is, now and then.
     assert!(of(1300.0).weight > 3.0 * of(1500.0).weight);
     assert!(of(1500.0).explained < 0.1 * of(1500.0).weight);
-    let quiet = of_chatter(&roots[1..], (1500.0, 3.0), 150.0, 2);
+    let quiet = of_chatter(&roots[1..], (1500.0, 3.0), &cut);
     assert!(quiet.explained == 0.0 && quiet.weight < of(1500.0).weight);
     // What came of other cuts.
-    let stable = of_known(&roots, &KnownCut::stable(150.0), 2);
-    let chatter = of_known(&roots, &KnownCut::chattered(150.0, None), 2);
-    assert!(stable < chatter && of_known(&roots[1..], &KnownCut::stable(150.0), 2) == chatter);
+    let stable = of_known(&roots, &KnownCut::stable(150.0), &cut);
+    let chatter = of_known(&roots, &KnownCut::chattered(150.0, None), &cut);
+    assert!(stable < chatter && of_known(&roots[1..], &KnownCut::stable(150.0), &cut) == chatter);
 }
 
 #[test]
@@ -142,7 +158,8 @@ fn advice_is_a_speed_at_which_the_machine_is_stable() {
         belief.advise(&config, heard, known, || ()).unwrap()
     };
     let advice = advise(&heard(f_hz), &[]).expect("explained");
-    let first = *advice.first().expect("a speed");
+    assert!(advice.explains);
+    let first = *advice.advice.first().expect("a speed");
     assert_eq!(chatter_hz(&machine, first.spindle_hz), None, "{first:?}");
     assert!(first.chance > 0.6, "{first:?}");
     // The same again; and a speed that was tried is not proposed.
@@ -151,19 +168,26 @@ fn advice_is_a_speed_at_which_the_machine_is_stable() {
     let next = advise(&heard(f_hz), &tried).expect("explained");
     let other =
         |p: &rarma_core::advice::Proposal<f64>| (p.spindle_hz / first.spindle_hz - 1.0).abs();
-    assert!(next.first().is_none_or(|p| other(p) > 0.01), "{next:?}");
+    assert!(
+        next.advice.first().is_none_or(|p| other(p) > 0.01),
+        "{next:?}"
+    );
     // The chart that is made before says about the same.
     let chart = belief.chart(HZ, (75.0, 225.0), || ());
     let at_once = chart.advise(&config, &heard(f_hz), &[]).unwrap();
-    let at_once = *at_once.expect("explained").first().expect("a speed");
-    assert_eq!(
-        chatter_hz(&machine, at_once.spindle_hz),
-        None,
-        "{at_once:?}"
-    );
-    // A chatter that it does not have, and a cut that it does not chatter in.
-    assert_eq!(advise(&heard(1.17 * f_hz), &[]), None);
-    assert_eq!(chart.advise(&config, &heard(1.17 * f_hz), &[]), Ok(None));
+    let at_once = at_once.expect("explained").advice;
+    let is_stable = |advice: &Advice<f64>| {
+        let first = *advice.first().expect("a speed");
+        assert_eq!(chatter_hz(&machine, first.spindle_hz), None, "{first:?}");
+    };
+    is_stable(&at_once);
+    // A chatter that it does not have, in a cut in which it chatters; and one in which it does not.
+    let odd = advise(&heard(1.17 * f_hz), &[]).expect("it chatters");
+    let odd_at_once = chart.advise(&config, &heard(1.17 * f_hz), &[]).unwrap();
+    for odd in [odd, odd_at_once.expect("it chatters")] {
+        assert!(!odd.explains);
+        is_stable(&odd.advice);
+    }
     let shallow = Belief::new(mill(0.1), Spread::USUAL, 1);
     assert_eq!(shallow.advise(&config, &heard(f_hz), &[], || ()), Ok(None));
 }
