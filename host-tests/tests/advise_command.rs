@@ -238,10 +238,10 @@ fn a_machine_that_is_told_tells_a_stable_speed() {
     let plain = last(&on("advise", &file, &format!("{options} --json")));
     assert!(plain["alarms"][0]["advice"]["machine"].is_null());
     assert!(plain["alarms"][0]["advice"]["waves"].is_number());
-    // Another machine, which does not chatter so: the advice is as without it, and it is said.
+    // Another machine, which does not chatter here: the advice is as without it, and it is said.
     let other = format!("{options} --machine spindle-10000");
     let said = on("advise", &file, &other).stdout;
-    assert!(said.contains("does not chatter so"), "{said}");
+    assert!(said.contains("does not chatter at this speed"), "{said}");
     let other = last(&on("advise", &file, &format!("{other} --json")));
     let mut advice = other["alarms"][0]["advice"].clone();
     assert_eq!(advice["machine"], "contradicts");

@@ -43,7 +43,7 @@ pub enum What {
     },
     /// What comes next is proposed without the machine that is told.
     WithoutMachine {
-        /// `speed`: the program asks for another one; `chatter`: the machine does not chatter so.
+        /// `speed`: the program asks for another one; `chatter`: the machine does not chatter at this one.
         why: &'static str,
     },
     /// Speeds are proposed for a chatter.
@@ -178,7 +178,7 @@ pub fn words(record: &ActRecord) -> String {
             "without the machine that is told: the program asks for another speed than at the beginning".to_owned()
         }
         What::WithoutMachine { .. } => {
-            "without the machine that is told: it does not chatter so; the file is of another tool, cut or set-up".to_owned()
+            "without the machine that is told: it does not chatter at this speed; the file is of another tool, cut or set-up".to_owned()
         }
         What::Proposed { speeds, .. } if speeds.is_empty() => {
             "no stable speed within the limits".to_owned()
