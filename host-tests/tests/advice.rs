@@ -269,7 +269,9 @@ fn advice_is_better_than_the_plain_rule() {
     );
     assert!(with.none > plain.none, "{}", with.none);
     assert!(machine.counts[0] >= 3, "{:?}", machine.counts);
-    assert!(machine.stable[0] > 80.0, "{:?}", machine.stable);
+    // Nine in ten are, by the long form: of these few all but one at least.
+    let all_but_one = 100.0 * (1.0 - 1.0 / machine.counts[0] as f64);
+    assert!(machine.stable[0] >= all_but_one, "{:?}", machine.stable);
 }
 
 #[test]
