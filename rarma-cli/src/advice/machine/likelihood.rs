@@ -3,6 +3,9 @@
 use super::curve::Point;
 use rarma_core::advice::{KnownCut, Outcome};
 
+// Parts of what is heard: about those of 66 alarms of the population's cuts (seeds 120000 to 120299). 43 lay within 1 % of
+// the root, 13 between it and its mode, five at a sideband or overtone, five elsewhere.
+
 /// Part of the alarms that are at the frequency of a growing root itself, as chatter that is still small is.
 const STRAIGHT: f64 = 0.65;
 /// That of chatter that stands: teeth leave the cut, the load is less than that of the depth, and the less it
