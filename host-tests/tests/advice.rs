@@ -269,9 +269,7 @@ fn advice_is_better_than_the_plain_rule() {
     );
     assert!(with.none > plain.none, "{}", with.none);
     assert!(machine.counts[0] >= 3, "{:?}", machine.counts);
-    // Nine in ten are, by the long form: of these few all but one at least.
-    let all_but_one = 100.0 * (1.0 - 1.0 / machine.counts[0] as f64);
-    assert!(machine.stable[0] >= all_but_one, "{:?}", machine.stable);
+    assert!(machine.stable[0] > 80.0, "{:?}", machine.stable);
 }
 
 #[test]

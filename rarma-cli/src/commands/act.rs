@@ -130,7 +130,7 @@ pub(super) fn main(args: &ActArgs) -> Result<u8, Failure> {
 /// Which speeds within the limits machines like the one told are stable at: worked out before anything
 /// is heard.
 fn charted(belief: &Belief, program_hz: f64, config: &ActConfig) -> Chart {
-    let bar = progress(Belief::CHARTED_BEFORE as u64, "machines like the one told");
+    let bar = progress(Belief::CHARTED as u64, "machines like the one told");
     let most_hz = config.most * program_hz;
     let least_hz = (config.least * program_hz).max(most_hz / MOST_REACH);
     let chart = belief.chart(program_hz, (least_hz, most_hz), || bar.inc(1));

@@ -1,5 +1,5 @@
 use super::curve::{Curve, Point};
-use super::likelihood::{Known, of_chatter, of_known};
+use super::likelihood::{Conditions, of_chatter, of_known};
 use super::*;
 use hal_sim::plant::delay::DepthSearch;
 use hal_sim::plant::milling::{Engagement, MillingConfig};
@@ -119,7 +119,7 @@ fn a_curve_is_the_delay_equation_between_what_was_looked_at() {
 fn a_frequency_that_the_machine_has_weighs_more() {
     let at = |growth_per_s, f_hz| Point { growth_per_s, f_hz };
     let roots = [at(20.0, 1000.0), at(-5.0, 1500.0)];
-    let cut = Known {
+    let cut = Conditions {
         spindle_hz: 150.0,
         teeth: 2,
         modes_hz: &[940.0, 1490.0],
@@ -137,6 +137,14 @@ fn a_frequency_that_the_machine_has_weighs_more() {
         .map(|f| of(f).explained / 2000.0)
         .sum();
     assert!((all - 0.95).abs() < 0.01, "{all}");
+    // A root that does not swing, and one whose sideband is no vibration.
+    for f_hz in [0.0, 300.0] {
+        let one = of_chatter(&[at(20.0, f_hz)], (700.0, 2.0), &cut);
+        assert!(
+            one.weight > 0.0 && one.weight.is_finite(),
+            "{f_hz}: {one:?}"
+        );
+    }
     // Of what decays nothing is heard; a sideband is, now and then.
     assert!(of(1300.0).weight > 3.0 * of(1500.0).weight);
     assert!(of(1500.0).explained < 0.1 * of(1500.0).weight);
