@@ -135,8 +135,8 @@ pub struct Played {
     pub speeds: Vec<(f64, f64)>,
     /// Frequency of the first alarm, Hz.
     pub heard_hz: Option<f64>,
-    /// Place of the tool in the last half second, m.
-    pub last_m: Vec<[f64; 2]>,
+    /// The last half second: turns of the spindle, and the place of the tool, m.
+    pub last: Vec<(f64, [f64; 2])>,
     /// Its swing (from the least to the most in the direction that swings more, in each 20 ms) over
     /// time, s and m.
     pub swing_m: Vec<(f64, f64)>,
@@ -234,18 +234,21 @@ pub fn play(case: &Case, actor: &mut Actor, spindle: &mut impl Turns) -> Played 
         alarms: Vec::new(),
         speeds: Vec::new(),
         heard_hz: None,
-        last_m: Vec::new(),
+        last: Vec::new(),
         swing_m: Vec::new(),
     };
     let mut extent = Extent::NONE;
     let mut chatter_hz = None;
+    let mut turns = 0.0;
     let mut n = 0;
     while let Some(reading) = cut.next() {
         n += 1;
         let t_s = n as f64 / FS_HZ;
-        extent.take(cut.machine().position_m);
+        let machine = cut.machine();
+        extent.take(machine.position_m);
+        turns += machine.spindle_hz / FS_HZ;
         if t_s > LENGTH_S - END_S {
-            out.last_m.push(cut.machine().position_m);
+            out.last.push((turns, machine.position_m));
         }
         if n % every(SPINDLE_S) == 0 {
             let hz = spindle.turn(actor, SPINDLE_S);

@@ -2,12 +2,12 @@
 //! they are stable.
 
 use super::curve::{Curve, Point};
-use super::likelihood::{Conditions, of_chatter, of_known};
+use super::likelihood::{Conditions, Likelihood, of_known};
 use super::{Machine, Spread};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rarma_core::advice::{
-    Advice, AdviceConfig, AdviceError, HeardChatter, KnownCut, MOST_KNOWN, advise_by,
+    Advice, AdviceConfig, AdviceError, HeardChatter, KnownCut, MOST_KNOWN, Outcome, advise_by,
 };
 use rarma_core::decide::Structure;
 use rayon::prelude::*;
@@ -38,7 +38,8 @@ const CHATTERING: f64 = 0.5;
 pub struct Answer {
     /// Which speeds to turn.
     pub advice: Advice<f64>,
-    /// They chatter at the frequency that was heard; otherwise at this speed, but at others.
+    /// They chatter at the frequency that was heard, at this speed or at another of the cut's; otherwise
+    /// most of them chatter there, but at others.
     pub explains: bool,
 }
 
@@ -97,8 +98,8 @@ impl Belief {
         found
     }
 
-    /// Which speeds to turn, as [`advise_by`] ranks them; none where machines like it do
-    /// not chatter at this speed. `done` is called after each machine that is looked at.
+    /// Which speeds to turn, as [`advise_by`] ranks them; none where machines like it chatter neither at this
+    /// speed nor where the cut is known to have chattered. `done` is called after each machine that is looked at.
     ///
     /// # Errors
     /// As [`advise_by`].
@@ -223,9 +224,14 @@ fn last(known: &[KnownCut<f64>]) -> &[KnownCut<f64>] {
 struct Weighed {
     weights: Vec<f64>,
     explains: bool,
+    /// Most have this speed stable, at which it chatters.
+    surprised: bool,
 }
 
-/// Weights of the machines; none where they do not chatter at this speed.
+/// Weights of the machines; none where they have chattered neither here nor at a speed that is known.
+///
+/// One speed at which they agree with what was heard is enough: a speed that they propose with a chance of one half
+/// chatters as often as not, and that is no word against them.
 fn weighed(
     heard: &HeardChatter<f64>,
     structure: Option<&Structure<f64>>,
@@ -243,29 +249,33 @@ fn weighed(
         teeth: heard.teeth,
         modes_hz: &modes_hz,
     };
-    let own = here
-        .iter()
-        .map(|roots| of_chatter(roots, (heard.f_hz, sd), &cut));
-    let own: Vec<_> = own.collect();
-    let all: f64 = own.iter().map(|one| one.weight).sum();
-    let explained: f64 = own.iter().map(|one| one.explained).sum();
-    let explains = explained > EXPLAINED * all;
-    let grows = |roots: &&Vec<Point>| roots.iter().any(|p| p.growth_per_s >= 0.0);
-    let chattering = here.iter().filter(grows).count();
-    if !(explains || chattering as f64 > CHATTERING * here.len() as f64) {
-        return None;
+    let now = KnownCut::chattered(heard.spindle_hz, Some((heard.f_hz, sd)));
+    let cuts = known.iter().chain([&now]).zip(there.iter().chain([here]));
+    let mut weights = vec![1.0; here.len()];
+    let (mut explains, mut expects) = (false, false);
+    for (known, looks) in cuts {
+        let each: Vec<Likelihood> = looks
+            .iter()
+            .map(|roots| of_known(roots, known, &cut))
+            .collect();
+        for (weight, one) in weights.iter_mut().zip(&each) {
+            *weight *= one.weight;
+        }
+        let all: f64 = each.iter().map(|one| one.weight).sum();
+        let explained: f64 = each.iter().map(|one| one.explained).sum();
+        explains |= explained > EXPLAINED * all;
+        expects |= known.outcome != Outcome::Stable && most_chatter(looks);
     }
-    let weight = |(k, own): (usize, f64)| {
-        let others = known.iter().zip(there);
-        others.fold(own, |weight, (other, looks)| {
-            weight * of_known(&looks[k], other, &cut)
-        })
-    };
-    let own = own.iter().map(|one| one.weight);
-    Some(Weighed {
-        weights: own.enumerate().map(weight).collect(),
+    (explains || expects).then(|| Weighed {
+        weights,
         explains,
+        surprised: !most_chatter(here),
     })
+}
+
+fn most_chatter(looks: &Looks) -> bool {
+    let grows = |roots: &&Vec<Point>| roots.iter().any(|p| p.growth_per_s >= 0.0);
+    looks.iter().filter(grows).count() as f64 > CHATTERING * looks.len() as f64
 }
 
 /// How often each is among so many, by its weight: systematic resampling.
@@ -312,8 +322,15 @@ fn answer(
         least_chance: LEAST_CHANCE,
         ..*config
     };
+    // What is wrong of a speed is so of those around it.
+    let now = KnownCut::chattered(heard.spindle_hz, None);
+    let tried: Vec<KnownCut<f64>> = known
+        .iter()
+        .copied()
+        .chain(weighed.surprised.then_some(now))
+        .collect();
     Ok(Answer {
-        advice: advise_by(&config, heard, structure, known, chance)?,
+        advice: advise_by(&config, heard, structure, &tried, chance)?,
         explains: weighed.explains,
     })
 }

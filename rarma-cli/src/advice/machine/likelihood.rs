@@ -93,18 +93,22 @@ pub(super) fn of_chatter(
     }
 }
 
-/// Of what came of another cut of this machine.
-pub(super) fn of_known(roots: &[Point], cut: &KnownCut<f64>, here: &Conditions<'_>) -> f64 {
+/// Of what came of a cut of this machine; no frequency explains that a cut was stable.
+pub(super) fn of_known(roots: &[Point], cut: &KnownCut<f64>, here: &Conditions<'_>) -> Likelihood {
     let grows = roots.iter().any(|p| p.growth_per_s >= 0.0);
-    match cut.outcome {
+    let weight = match cut.outcome {
         Outcome::Chatter { f_hz: Some(heard) } => {
             let there = Conditions {
                 spindle_hz: cut.spindle_hz,
                 ..*here
             };
-            of_chatter(roots, heard, &there).weight
+            return of_chatter(roots, heard, &there);
         }
         outcome if (outcome == Outcome::Stable) == grows => CONTRADICTED,
         _ => 1.0,
+    };
+    Likelihood {
+        weight,
+        explained: 0.0,
     }
 }
