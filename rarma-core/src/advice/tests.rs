@@ -271,6 +271,45 @@ fn a_chatter_of_another_mode_is_told_apart() {
 }
 
 #[test]
+fn of_speeds_alike_the_quieter_goes_first() {
+    let config = AdviceConfig::reach(75.0, 225.0);
+    let chance = |hz: f64| match hz {
+        100.0..110.0 => 0.9,
+        180.0..190.0 => 0.95,
+        200.0..210.0 => 0.1,
+        _ => 0.0,
+    };
+    let advise = |vibration: fn(f64) -> f64| {
+        let heard = heard(1000.0, 150.0, 2);
+        let advice = advise_by(&config, &heard, None, &[], chance, vibration).unwrap();
+        let proposals = advice.proposals.into_iter().flatten();
+        proposals.collect::<Vec<Proposal<f64>>>()
+    };
+    let is = |p: &Proposal<f64>, from: f64| (from..from + 10.0).contains(&p.spindle_hz);
+    let alike = advise(|_| 1e-6);
+    assert!(is(&alike[0], 180.0) && is(&alike[1], 100.0), "{alike:?}");
+    // Louder by far: it goes last, with the same chance; what is not likely does not go first however quiet.
+    let loud = advise(|hz| {
+        if hz < 150.0 {
+            1e-6
+        } else if hz < 195.0 {
+            1e-5
+        } else {
+            1e-12
+        }
+    });
+    assert!(is(&loud[0], 100.0) && is(&loud[1], 180.0), "{loud:?}");
+    assert_eq!(loud[0].chance, alike[1].chance);
+    // Within a pocket its quiet side.
+    let sided = advise(|hz| if hz < 185.0 { 1e-5 } else { 1e-6 });
+    let upper = sided.iter().find(|p| is(p, 180.0)).expect("still there");
+    assert!(
+        upper.spindle_hz > 185.0 && upper.from_hz < 182.0,
+        "{upper:?}"
+    );
+}
+
+#[test]
 fn single_precision_says_the_same() {
     let narrow = |x: f64| x as f32;
     for (f, n, teeth) in [(1128.0, 150.0, 2), (700.0, 61.0, 3), (2010.0, 210.0, 6)] {

@@ -1,8 +1,9 @@
 //! Machines like the one that is told, what was heard as evidence of which it is, and the speeds at which
 //! they are stable.
 
-use super::curve::{Curve, Point};
+use super::curve::{Curve, Point, Span};
 use super::likelihood::{Conditions, Likelihood, of_known};
+use super::vibration::Vibration;
 use super::{Machine, Spread};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -66,7 +67,7 @@ impl Belief {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         Self {
             curves: (0..DRAWN)
-                .map(|_| Mutex::new(Curve::new(1.0, 2.0)))
+                .map(|_| Mutex::new(Curve::new(Span::new(1.0, 2.0))))
                 .collect(),
             drawn: (0..DRAWN).map(|_| told.like(&spread, &mut rng)).collect(),
             told,
@@ -127,12 +128,28 @@ impl Belief {
         let times = resampled(&weighed.weights, CHARTED);
         let mut chosen: Vec<usize> = (0..times.len()).filter(|k| times[*k] > 0).collect();
         chosen.sort_by_key(|k| core::cmp::Reverse(times[*k]));
-        let curves = self.looked_at(&chosen, (config.least_hz, config.most_hz), None, &done);
+        let span = Span::new(config.least_hz, config.most_hz);
+        let charted = self.charted(&chosen, span, None, &done);
         let weighed = Weighed {
             weights: chosen.iter().map(|k| times[*k] as f64).collect(),
             ..weighed
         };
-        answer(config, heard, structure, known, &curves, &weighed).map(Some)
+        answer(config, heard, structure, known, &charted, &weighed).map(Some)
+    }
+
+    fn charted(
+        &self,
+        which: &[usize],
+        span: Span,
+        also_hz: Option<f64>,
+        done: &(impl Fn() + Sync),
+    ) -> Charted {
+        let curves = self.looked_at(which, span, also_hz, done);
+        let is_asked = |cell| curves.iter().any(|c| c.is_stable_within(cell, cell));
+        Charted {
+            vibration: Vibration::new(&self.told, span, is_asked),
+            curves,
+        }
     }
 
     /// Curves of these machines: of the first of them everywhere, of the others where one of those is
@@ -140,7 +157,7 @@ impl Belief {
     fn looked_at(
         &self,
         which: &[usize],
-        (least_hz, most_hz): (f64, f64),
+        span: Span,
         also_hz: Option<f64>,
         done: &(impl Fn() + Sync),
     ) -> Vec<Curve> {
@@ -149,14 +166,13 @@ impl Belief {
             let mut curve = self.curves[*k]
                 .lock()
                 .unwrap_or_else(PoisonError::into_inner);
-            if !curve.spans(least_hz, most_hz) {
-                *curve = Curve::new(least_hz, most_hz);
+            if curve.span != span {
+                *curve = Curve::new(span);
             }
-            let asked = curve.clone();
             curve.look_at(&self.drawn[*k], teeth, |from, to| {
                 scouts.is_empty()
                     || scouts.iter().any(|s| s.is_stable_within(from, to))
-                    || also_hz.is_some_and(|hz| asked.holds(hz, from, to))
+                    || also_hz.is_some_and(|hz| span.holds(hz, from, to))
             });
             done();
             curve.clone()
@@ -178,7 +194,12 @@ impl Belief {
         let which: Vec<usize> = (0..CHARTED).collect();
         Chart {
             structure: self.structure(),
-            curves: self.looked_at(&which, (least_hz, most_hz), Some(program_hz), &done),
+            charted: self.charted(
+                &which,
+                Span::new(least_hz, most_hz),
+                Some(program_hz),
+                &done,
+            ),
         }
     }
 }
@@ -187,7 +208,14 @@ impl Belief {
 #[derive(Debug)]
 pub struct Chart {
     structure: Option<Structure<f64>>,
+    charted: Charted,
+}
+
+/// Curves of machines, and what the one that is told vibrates where any of them is stable.
+#[derive(Debug)]
+struct Charted {
     curves: Vec<Curve>,
+    vibration: Vibration,
 }
 
 impl Chart {
@@ -204,14 +232,15 @@ impl Chart {
         heard.validate()?;
         let known = last(known);
         let at = |hz: f64| -> Looks {
-            Arc::new(self.curves.iter().map(|curve| vec![curve.at(hz)]).collect())
+            let roots = self.charted.curves.iter().map(|curve| vec![curve.at(hz)]);
+            Arc::new(roots.collect())
         };
         let there: Vec<Looks> = known.iter().map(|cut| at(cut.spindle_hz)).collect();
         let (structure, here) = (self.structure.as_ref(), at(heard.spindle_hz));
         let Some(weighed) = weighed(heard, structure, known, &here, &there) else {
             return Ok(None);
         };
-        answer(config, heard, structure, known, &self.curves, &weighed).map(Some)
+        answer(config, heard, structure, known, &self.charted, &weighed).map(Some)
     }
 }
 
@@ -299,9 +328,10 @@ fn answer(
     heard: &HeardChatter<f64>,
     structure: Option<&Structure<f64>>,
     known: &[KnownCut<f64>],
-    curves: &[Curve],
+    charted: &Charted,
     weighed: &Weighed,
 ) -> Result<Answer, AdviceError> {
+    let Charted { curves, vibration } = charted;
     let weights = &weighed.weights;
     let stable = |curves: &[Curve], hz: f64| {
         let all: f64 = weights[..curves.len()].iter().sum();
@@ -330,7 +360,9 @@ fn answer(
         .chain(weighed.surprised.then_some(now))
         .collect();
     Ok(Answer {
-        advice: advise_by(&config, heard, structure, &tried, chance)?,
+        advice: advise_by(&config, heard, structure, &tried, chance, |hz| {
+            vibration.at(hz)
+        })?,
         explains: weighed.explains,
     })
 }

@@ -4,7 +4,7 @@ use super::Machine;
 use hal_sim::plant::delay::Root;
 
 /// Speeds lie so many steps apart, evenly in the logarithm: 0.86 % for a reach of 50 to 150 %.
-const CELLS: usize = 128;
+pub(super) const CELLS: usize = 128;
 /// The first look is this coarse, cells.
 const COARSE: usize = 8;
 /// A lobe is as wide as one wave between two teeth: it is looked at this often at least.
@@ -30,29 +30,57 @@ impl Point {
     }
 }
 
+/// A stretch of speeds, turns a second, in cells that are even in the logarithm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Span {
+    least_hz: f64,
+    /// Logarithm of the largest speed over the least.
+    ln: f64,
+}
+
+impl Span {
+    pub(super) fn new(least_hz: f64, most_hz: f64) -> Self {
+        Self {
+            least_hz,
+            ln: (most_hz / least_hz).ln(),
+        }
+    }
+
+    fn step(&self) -> f64 {
+        self.ln / CELLS as f64
+    }
+
+    pub(super) fn speed_hz(&self, cell: usize) -> f64 {
+        self.least_hz * (self.step() * cell as f64).exp()
+    }
+
+    /// Where a speed lies, in cells; beyond the ends it is the end.
+    pub(super) fn place(&self, spindle_hz: f64) -> f64 {
+        let place = (spindle_hz / self.least_hz).ln() / self.step();
+        place.clamp(0.0, CELLS as f64)
+    }
+
+    /// Whether a speed lies between two cells.
+    pub(super) fn holds(&self, spindle_hz: f64, from: usize, to: usize) -> bool {
+        (self.speed_hz(from)..=self.speed_hz(to)).contains(&spindle_hz)
+    }
+}
+
 /// A machine's dominant root over a stretch of speeds.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Curve {
-    least_hz: f64,
-    /// Logarithm of the largest speed over the least.
-    span: f64,
+    pub(super) span: Span,
     /// By the cell; none where its neighbours say enough.
     points: Vec<Option<Point>>,
 }
 
 impl Curve {
-    /// From one speed, turns a second, to another; nothing has been looked at.
-    pub(super) fn new(least_hz: f64, most_hz: f64) -> Self {
+    /// Nothing has been looked at.
+    pub(super) fn new(span: Span) -> Self {
         Self {
-            least_hz,
-            span: (most_hz / least_hz).ln(),
+            span,
             points: vec![None; CELLS + 1],
         }
-    }
-
-    /// Whether it goes from one speed to another.
-    pub(super) fn spans(&self, least_hz: f64, most_hz: f64) -> bool {
-        self.least_hz == least_hz && self.span == (most_hz / least_hz).ln()
     }
 
     /// Looks at a machine of so many teeth where it matters: in stretches from one cell to another.
@@ -78,8 +106,8 @@ impl Curve {
         while let Some((from, to)) = waiting.pop() {
             let cells = to - from;
             let (a, b) = (self.look(machine, from), self.look(machine, to));
-            let width = self.step() * cells as f64;
-            let waves = |p: Point, cell| p.f_hz / (self.speed_hz(cell) * teeth);
+            let width = self.span.step() * cells as f64;
+            let waves = |p: Point, cell| p.f_hz / (self.span.speed_hz(cell) * teeth);
             let waves = waves(a, from).max(waves(b, to));
             let coarse = width * waves * PER_LOBE > 1.0 && cells > LEAST_OF_LOBE;
             let (g, h) = (a.growth_per_s, b.growth_per_s);
@@ -99,22 +127,14 @@ impl Curve {
     /// Whether it is stable somewhere between two cells, or one beside them.
     pub(super) fn is_stable_within(&self, from: usize, to: usize) -> bool {
         let (from, to) = (from.saturating_sub(1), (to + 1).min(CELLS));
-        (from..=to).any(|cell| self.at(self.speed_hz(cell)).growth_per_s < 0.0)
-    }
-
-    fn step(&self) -> f64 {
-        self.span / CELLS as f64
-    }
-
-    fn speed_hz(&self, cell: usize) -> f64 {
-        self.least_hz * (self.step() * cell as f64).exp()
+        (from..=to).any(|cell| self.at(self.span.speed_hz(cell)).growth_per_s < 0.0)
     }
 
     fn look(&mut self, machine: &Machine, cell: usize) -> Point {
         if let Some(point) = self.points[cell] {
             return point;
         }
-        let roots = machine.roots(self.speed_hz(cell), 1.0, 1).ok();
+        let roots = machine.roots(self.span.speed_hz(cell), 1.0, 1).ok();
         let point = Point::of(roots.as_ref().and_then(|r| r.first()));
         self.points[cell] = Some(point);
         point
@@ -122,19 +142,13 @@ impl Curve {
 
     /// Change of the growth per unit of the logarithm of the speed.
     fn slope(&self, a: Point, b: Point, cells: usize) -> f64 {
-        let slope = (a.growth_per_s - b.growth_per_s).abs() / (self.step() * cells as f64);
+        let slope = (a.growth_per_s - b.growth_per_s).abs() / (self.span.step() * cells as f64);
         if slope.is_finite() { slope } else { 0.0 }
-    }
-
-    /// Whether a speed, turns a second, lies between two cells.
-    pub(super) fn holds(&self, spindle_hz: f64, from: usize, to: usize) -> bool {
-        (self.speed_hz(from)..=self.speed_hz(to)).contains(&spindle_hz)
     }
 
     /// At a speed, turns a second: a straight line between those that were looked at.
     pub(super) fn at(&self, spindle_hz: f64) -> Point {
-        let place = (spindle_hz / self.least_hz).ln() / self.step();
-        let place = place.clamp(0.0, CELLS as f64);
+        let place = self.span.place(spindle_hz);
         let looked = |cell: &usize| self.points[*cell].is_some();
         let below = (0..=place as usize).rev().find(looked).unwrap_or(0);
         let above = (place.ceil() as usize..=CELLS).find(looked);

@@ -6,6 +6,7 @@ mod curve;
 mod likelihood;
 #[cfg(test)]
 mod tests;
+mod vibration;
 
 pub use belief::{Answer, Belief, Chart};
 

@@ -1,5 +1,6 @@
-use super::curve::{Curve, Point};
+use super::curve::{CELLS, Curve, Point, Span};
 use super::likelihood::{Conditions, of_chatter, of_known};
+use super::vibration::Vibration;
 use super::*;
 use hal_sim::plant::delay::DepthSearch;
 use hal_sim::plant::milling::{Engagement, MillingConfig};
@@ -9,6 +10,7 @@ use rand::SeedableRng;
 use rarma_core::advice::{Advice, AdviceConfig, HeardChatter, KnownCut};
 
 const HZ: f64 = 150.0;
+const FEED_M: f64 = 1e-4;
 
 /// One mode along x, 1000 Hz, 2 %, milled by two teeth, so many times as deep as its limit.
 fn mill(depth: f64) -> Machine {
@@ -17,6 +19,7 @@ fn mill(depth: f64) -> Machine {
         spindle_hz: HZ,
         kt_n_per_m2: 8e8,
         kn_n_per_m2: 2.4e8,
+        feed_per_tooth_m: FEED_M,
         engagement: Engagement::up(0.5),
         modes_x: vec![Mode {
             f_hz: 1000.0,
@@ -91,7 +94,7 @@ fn a_machine_like_it_is_off_by_the_spread() {
 #[test]
 fn a_curve_is_the_delay_equation_between_what_was_looked_at() {
     let machine = mill(DEEP);
-    let mut curve = Curve::new(75.0, 225.0);
+    let mut curve = Curve::new(Span::new(75.0, 225.0));
     curve.look_at(&machine, 2.0, |_, _| true);
     let mut stable = 0;
     for i in 0..=300 {
@@ -109,8 +112,8 @@ fn a_curve_is_the_delay_equation_between_what_was_looked_at() {
     assert!((20..280).contains(&stable), "{stable}");
     assert!(curve.looks() < 129, "{}", curve.looks());
     // What nobody looked at is not stable.
-    let mut part = Curve::new(75.0, 225.0);
-    part.look_at(&machine, 2.0, |from, to| curve.holds(100.0, from, to));
+    let mut part = Curve::new(Span::new(75.0, 225.0));
+    part.look_at(&machine, 2.0, |from, to| curve.span.holds(100.0, from, to));
     assert!(part.at(200.0).growth_per_s > 0.0 && part.looks() < 12);
     assert_eq!(part.at(100.0).growth_per_s, curve.at(100.0).growth_per_s);
 }
@@ -202,10 +205,10 @@ fn advice_is_a_speed_at_which_the_machine_is_stable() {
     }
     let shallow = Belief::new(mill(0.1), Spread::USUAL, 1);
     assert_eq!(shallow.advise(&config, &heard(f_hz), &[], || ()), Ok(None));
-    // It chatters where it was to be stable: what agreed at the first speed still counts, and alone it would not.
+    // Something chatters where it was to be stable: what agreed at the first speed still counts, and alone it would not.
     let there = HeardChatter {
         spindle_hz: first.spindle_hz,
-        ..heard(f_hz)
+        ..heard(1.17 * f_hz)
     };
     let before = [KnownCut::chattered(HZ, Some((f_hz, 0.002 * f_hz)))];
     assert_eq!(belief.advise(&config, &there, &[], || ()), Ok(None));
@@ -216,6 +219,61 @@ fn advice_is_a_speed_at_which_the_machine_is_stable() {
     );
     let stable = [KnownCut::stable(HZ)];
     assert_eq!(belief.advise(&config, &there, &stable, || ()), Ok(None));
+}
+
+/// What the teeth force of the mode, m rms: Fourier's series of the force of a chip that is the feed times the sine of
+/// the angle, through the mode. What comes with every tooth is not fed back: each leaves the wave of the last.
+fn forced_by_series(machine: &Machine, spindle_hz: f64) -> f64 {
+    let Process::Milling(c) = &machine.process else {
+        panic!("milled")
+    };
+    let tooth_hz = 2.0 * spindle_hz;
+    let points = 4000;
+    // A tooth is in the cut for a quarter of a turn, half of its period: up to half of the diameter.
+    let force = |k: usize| {
+        let angle = core::f64::consts::PI * k as f64 / f64::from(points);
+        let chip = if angle < core::f64::consts::FRAC_PI_2 {
+            FEED_M * angle.sin()
+        } else {
+            0.0
+        };
+        let (sin, cos) = angle.sin_cos();
+        machine.depth_m * chip * (c.kt_n_per_m2 * cos + c.kn_n_per_m2 * sin)
+    };
+    let squares: f64 = (1..=12)
+        .map(|harmonic| {
+            let f_hz = f64::from(harmonic) * tooth_hz;
+            let (mut re, mut im) = (0.0, 0.0);
+            for k in 0..points as usize {
+                let turn =
+                    core::f64::consts::TAU * f64::from(harmonic) * k as f64 / f64::from(points);
+                re += 2.0 * force(k) * turn.cos() / f64::from(points);
+                im += 2.0 * force(k) * turn.sin() / f64::from(points);
+            }
+            let ratio = f_hz / 1000.0;
+            let gain = 1e-7 / (1.0 - ratio * ratio).hypot(2.0 * 0.02 * ratio);
+            0.5 * (gain * re.hypot(im)).powi(2)
+        })
+        .sum();
+    squares.sqrt()
+}
+
+#[test]
+fn what_is_forced_is_that_of_the_series() {
+    let machine = mill(0.3);
+    let span = Span::new(75.0, 225.0);
+    let vibration = Vibration::new(&machine, span, |cell| cell % 8 == 0);
+    for cell in (0..=CELLS).step_by(8) {
+        let hz = span.speed_hz(cell);
+        let ratio = vibration.at(hz) / forced_by_series(&machine, hz);
+        assert!((ratio - 1.0).abs() < 0.05, "{hz}: {ratio}");
+    }
+    // Nobody asked: as much as anywhere. Nothing is forced: alike everywhere.
+    let most = vibration.at(span.speed_hz(4));
+    assert!((0..=CELLS).all(|cell| vibration.at(span.speed_hz(cell)) <= most));
+    let turned = Machine::load("turning-980", None).expect("shipped");
+    let even = Vibration::new(&turned, span, |_| true);
+    assert_eq!(even.at(100.0), even.at(200.0));
 }
 
 #[test]
