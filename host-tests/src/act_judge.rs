@@ -125,8 +125,8 @@ impl Played {
             released_after_s: after(unstable_until, released)
                 .filter(|_| end_stable)
                 .map(|s| s.max(0.0)),
-            less_db: less(&|played| played.vibration_m().0),
-            chatter_less_db: less(&|played| played.vibration_m().1),
+            less_db: less(&|played| vibration_m(&played.last).0),
+            chatter_less_db: less(&|played| vibration_m(&played.last).1),
             false_calls: self
                 .alarms
                 .iter()
@@ -138,23 +138,24 @@ impl Played {
     fn end_hz(&self) -> Option<f64> {
         self.speeds.last().map(|(_, hz)| *hz)
     }
+}
 
-    /// Of the last half second, m rms: all of it, and what is left without the multiples of the
-    /// rotation.
-    fn vibration_m(&self) -> (f64, f64) {
-        let [x, y] = [0, 1].map(|k| {
-            let along = self.last.iter().map(|(turns, xy)| (*turns, xy[k]));
-            parts(&along.collect::<Vec<_>>())
-        });
-        (x.0.hypot(y.0), x.1.hypot(y.1))
-    }
+/// Of turns of the spindle and places of the tool, m: the vibration, m rms, and what is left of it without what comes
+/// again with each turn, the chatter.
+#[must_use]
+pub fn vibration_m(samples: &[(f64, [f64; 2])]) -> (f64, f64) {
+    let [x, y] = [0, 1].map(|k| {
+        let along = samples.iter().map(|(turns, xy)| (*turns, xy[k]));
+        parts(&along.collect::<Vec<_>>())
+    });
+    (x.0.hypot(y.0), x.1.hypot(y.1))
 }
 
 /// Root mean square about the mean of what comes at these turns of the spindle, and without what comes again
 /// with each of them: by the angle, for a spindle that still settles has no frequency to take away.
 fn parts(samples: &[(f64, f64)]) -> (f64, f64) {
-    let ends = |at: fn(&[(f64, f64)]) -> Option<&(f64, f64)>| at(samples).map_or(0.0, |s| s.0);
-    let (from, to) = (ends(<[_]>::first), ends(<[_]>::last));
+    let turns_at = |sample: Option<&(f64, f64)>| sample.map_or(0.0, |s| s.0);
+    let (from, to) = (turns_at(samples.first()), turns_at(samples.last()));
     // Whole turns: the multiples are then orthogonal.
     let from = to - (to - from).floor();
     let begin = samples.partition_point(|(turns, _)| *turns <= from);

@@ -180,11 +180,8 @@ pub fn simulated(case: &Case, act: bool, about: Chatter) -> Played {
     play(case, &mut actor, &mut controller)
 }
 
-/// Plays a cut of this case with an actor and what turns its spindle.
-///
-/// # Panics
-/// The case, the monitor or the actor has a defect.
-pub fn play(case: &Case, actor: &mut Actor, spindle: &mut impl Turns) -> Played {
+/// The cut of this case, heard by a microphone; it may be turned from half to 1.6 times its speed.
+fn virtual_cut(case: &Case, length_s: f64) -> VirtualCut {
     let hz = case.cut.spindle_hz();
     let Process::Milling(mut config) = case.process.clone() else {
         panic!("only a milling spindle changes its speed")
@@ -192,7 +189,7 @@ pub fn play(case: &Case, actor: &mut Actor, spindle: &mut impl Turns) -> Played 
     let depth = [(0.0, 0.0), (ENTERS_S.0, 0.0), (ENTERS_S.1, case.depth_m)];
     config.depth = Schedule::new(&depth).expect("a depth");
     // How far it may be turned; it is told before it gets there.
-    let far = LENGTH_S + 100.0;
+    let far = length_s + 100.0;
     let speeds = [
         (0.0, hz),
         (far, hz),
@@ -218,9 +215,42 @@ pub fn play(case: &Case, actor: &mut Actor, spindle: &mut impl Turns) -> Played 
             enclosure: None,
             tones: Vec::new(),
         },
-        duration_s: LENGTH_S,
+        duration_s: length_s,
     };
-    let mut cut = VirtualCut::new(&scenario).expect("a cut");
+    VirtualCut::new(&scenario).expect("a cut")
+}
+
+/// Turns, and the place of the tool, m, in the last half second of a cut that turns at so many times its speed
+/// from the first revolution on, for so long, s.
+///
+/// # Panics
+/// As [`play`].
+#[must_use]
+pub fn steady(case: &Case, ratio: f64, length_s: f64) -> Vec<(f64, [f64; 2])> {
+    let mut cut = virtual_cut(case, length_s);
+    cut.turn(ratio * case.cut.spindle_hz());
+    let mut turns = 0.0;
+    let mut out = Vec::new();
+    for n in 1_u32.. {
+        if cut.next().is_none() {
+            break;
+        }
+        let machine = cut.machine();
+        turns += machine.spindle_hz / FS_HZ;
+        if f64::from(n) / FS_HZ > length_s - END_S {
+            out.push((turns, machine.position_m));
+        }
+    }
+    out
+}
+
+/// Plays a cut of this case with an actor and what turns its spindle.
+///
+/// # Panics
+/// The case, the monitor or the actor has a defect.
+pub fn play(case: &Case, actor: &mut Actor, spindle: &mut impl Turns) -> Played {
+    let hz = case.cut.spindle_hz();
+    let mut cut = virtual_cut(case, LENGTH_S);
     let mut monitor = Monitor::<f32>::new(&MonitorConfig {
         full_scale: Some(1.0),
         spindle_hz: Some(hz),

@@ -12,7 +12,7 @@ pub fn sentences(advice: &AdviceRecord) -> Vec<String> {
                 .to_owned(),
         ),
         Some(MachineRecord::Expects) => out.push(
-            "The machine that is told chatters at this speed, but at another frequency: something else may be heard, or the file be of another tool. The speeds are those of the file."
+            "The machine that is told chatters where this cut does, but at another frequency: something else may be heard, or the file be of another tool. The speeds are those of the file."
                 .to_owned(),
         ),
         _ => {}

@@ -63,9 +63,9 @@ pub struct VariationRecord {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MachineRecord {
-    /// It chatters so: the speeds are by all of its modes.
+    /// It chatters so, here or where the cut is known to have chattered: the speeds are by all of its modes.
     Explains,
-    /// It chatters at this speed, but not so: the speeds are its own, whatever was heard.
+    /// It chatters there, but not so: the speeds are its own, whatever was heard.
     Expects,
     /// It does not, nor do machines like it: the speeds are without it.
     Contradicts,
