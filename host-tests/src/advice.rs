@@ -7,11 +7,11 @@ use hal_sim::plant::truth::roots;
 use hal_sim::population::Cut;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use rarma_cli::advice::machine::{Belief, Chart, Machine, Spread};
-use rarma_cli::controller::Chatter;
+use rarma_cli::advice::machine::{Belief, Machine, Spread};
+use rarma_cli::controller::{Charts, Chatter};
+use rarma_core::act::ActConfig;
 use rarma_core::advice::{AdviceConfig, HeardChatter, KnownCut, Proposal, advise};
 use rarma_core::decide::{StructuralMode, Structure};
-use std::sync::Arc;
 
 /// The reach: an override of 50 to 150 %.
 pub const REACH: (f64, f64) = (0.5, 1.5);
@@ -221,14 +221,14 @@ impl Case {
         }
     }
 
-    /// The same, and its machine, usually wrong. This takes seconds.
+    /// The same, and its machine, usually wrong, worked out for its speed. This takes seconds.
     #[must_use]
     pub fn about_with_machine(&self) -> Chatter {
-        let hz = self.cut.spindle_hz();
-        let belief = self.told(1.0);
-        let chart: Chart = belief.chart(hz, (REACH.0 * hz, REACH.1 * hz), || ());
+        let mut charts = Charts::new(self.told(1.0));
+        let config = ActConfig::limits(false, REACH.0, REACH.1);
+        charts.make(self.cut.spindle_hz(), &config, || ());
         Chatter {
-            machine: Some((hz, Arc::new(chart))),
+            machine: Some(charts),
             ..self.about()
         }
     }

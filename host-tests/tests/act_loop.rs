@@ -3,10 +3,12 @@
 //! act_linuxcnc.
 
 use host_tests::act_judge::{Judged, Kind, SEEDS, drawn, vibration_m};
-use host_tests::act_loop::{LENGTH_S, LIMITS, simulated, steady};
+use host_tests::act_loop::{LENGTH_S, LIMITS, SimulatedController, Spindle, simulated, steady};
 use host_tests::advice::Case;
-use rarma_cli::controller::Chatter;
+use rarma_cli::controller::{Actor, Chatter, What};
+use rarma_core::act::ActConfig;
 use rayon::prelude::*;
+use std::sync::{Arc, Mutex};
 
 const BATCH: u64 = 8;
 /// Speeds of the cuts: any, 1/min.
@@ -68,6 +70,49 @@ fn a_machine_that_is_told_turns_more_of_them() {
     println!("{machine:#?}");
     assert!(stable(&machine) >= stable(&modes), "{machine:#?}");
     assert!(stable(&machine) >= 3, "{machine:#?}");
+}
+
+#[test]
+fn a_program_at_another_speed_is_worked_out_beside_the_listening() {
+    let case = drawn(SEEDS + 9, Kind::Pocket, &RPM).expect("a pocket");
+    let (hz, f_hz) = (case.cut.spindle_hz(), case.root(1.0).expect("it chatters"));
+    let spindle = |hz| Arc::new(Mutex::new(Spindle::turning(hz)));
+    let controller = SimulatedController(spindle(0.8 * hz));
+    let config = ActConfig::limits(false, LIMITS.0, LIMITS.1);
+    let about = case.about_with_machine();
+    let mut actor = Actor::new(Box::new(controller.clone()), config, about, None).expect("sound");
+    let mut t_s = 0.0;
+    let mut chatters = || {
+        let mut said = Vec::new();
+        actor.heard(t_s, None);
+        // Until something is proposed.
+        while !said
+            .iter()
+            .any(|what| matches!(what, What::Proposed { .. }))
+        {
+            t_s += 0.02;
+            actor.heard(t_s, Some(f_hz));
+            let step = actor.step(t_s, |record| said.push(record.what));
+            step.expect("no log");
+            assert!(t_s < 60.0, "{said:?}");
+        }
+        said
+    };
+    let without = |said: &[What], because: &str| {
+        let is = |what: &What| matches!(what, What::WithoutMachine { why } if *why == because);
+        said.iter().any(is)
+    };
+    // Its chart has just been begun, and takes seconds.
+    assert!(without(&chatters(), "chart"));
+    // That of the other speed was there from the beginning, and says more.
+    *controller.spindle() = Spindle::turning(hz);
+    let said = chatters();
+    assert!(
+        !said
+            .iter()
+            .any(|what| matches!(what, What::WithoutMachine { .. })),
+        "{said:?}"
+    );
 }
 
 #[test]

@@ -10,16 +10,17 @@ mod ear;
 use super::monitor::{self, Manner};
 use super::process;
 use crate::advice::Reach;
-use crate::advice::machine::{self, Belief, Chart};
+use crate::advice::machine::{self, Belief};
 use crate::args::{ActArgs, USUAL_LIMITS, Which};
 use crate::controller::linuxcnc::USUAL_ADDRESS;
-use crate::controller::{ActLog, ActRecord, Actor, Chatter, Controller, Dry, Grbl, LinuxCnc, What};
+use crate::controller::{
+    ActLog, ActRecord, Actor, Charts, Chatter, Controller, Dry, Grbl, LinuxCnc, What,
+};
 use crate::failure::Failure;
-use crate::progress::{progress, waiting};
+use crate::progress::progress;
 use by_clock::ByClock;
 use by_sound::BySound;
 use rarma_core::act::ActConfig;
-use rarma_core::advice::MOST_REACH;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -64,17 +65,23 @@ pub(super) fn main(args: &ActArgs) -> Result<u8, Failure> {
         keeps_feed: !args.same_feed,
         ..ActConfig::limits(args.act, least / 100.0, most / 100.0)
     };
-    let told = machine::told(&args.machine, Some(teeth))?;
-    if dry && told.is_some() && args.monitor.rpm.is_none() {
+    let mut machine = machine::told(&args.machine, Some(teeth))?.map(Charts::new);
+    if dry && machine.is_some() && args.monitor.rpm.is_none() {
         return Err(Failure::Usage(
             "--machine: it is worked out before the listening, and nobody tells for which speed: add --rpm".to_owned(),
         ));
+    }
+    if let (true, Some(charts), Some(rpm)) = (dry, &mut machine, args.monitor.rpm) {
+        // A recording is heard faster than it was made.
+        let bar = progress(Belief::CHARTED as u64, "machines like the one told");
+        charts.make(rpm / 60.0, &config, || bar.inc(1));
+        bar.finish_and_clear();
     }
     let about = Chatter {
         teeth,
         structure: process::structure(args.monitor.structure.as_deref())?,
         power: args.power,
-        machine: None,
+        machine,
     };
     let (name, controller): (&str, Box<dyn Controller>) = match &args.controller {
         Which::Dry => ("none", Box::new(Dry::default())),
@@ -104,9 +111,6 @@ pub(super) fn main(args: &ActArgs) -> Result<u8, Failure> {
         beside: Some(beside),
         ..Manner::default()
     };
-    if let (true, Some(belief), Some(rpm)) = (dry, &told, args.monitor.rpm) {
-        actor.told(rpm / 60.0, charted(belief, rpm / 60.0, &config));
-    }
     if dry {
         let mut beside = BySound::new(actor, first);
         let heard = monitor::heard(&args.monitor, manner(&mut beside))?;
@@ -114,10 +118,6 @@ pub(super) fn main(args: &ActArgs) -> Result<u8, Failure> {
         return Ok(heard.code);
     }
     first_report(&mut actor, (least, most))?;
-    if let Some(belief) = &told {
-        let program_hz = programmed(&mut actor)?;
-        actor.told(program_hz, charted(belief, program_hz, &config));
-    }
     let mut beside = ByClock::start(actor, first, args.act)?;
     let heard = monitor::heard(&args.monitor, manner(&mut beside));
     // Whatever came of the listening: what is ordered is given back first.
@@ -125,31 +125,6 @@ pub(super) fn main(args: &ActArgs) -> Result<u8, Failure> {
     let finished = heard?;
     ended?;
     Ok(finished.code)
-}
-
-/// Which speeds within the limits machines like the one told are stable at: worked out before anything
-/// is heard.
-fn charted(belief: &Belief, program_hz: f64, config: &ActConfig) -> Chart {
-    let bar = progress(Belief::CHARTED as u64, "machines like the one told");
-    let most_hz = config.most * program_hz;
-    let least_hz = (config.least * program_hz).max(most_hz / MOST_REACH);
-    let chart = belief.chart(program_hz, (least_hz, most_hz), || bar.inc(1));
-    bar.finish_and_clear();
-    chart
-}
-
-/// Waits until the controller tells the programmed speed, turns a second.
-fn programmed(actor: &mut Actor) -> Result<f64, Failure> {
-    let bar = waiting("until a speed is programmed (--machine)".to_owned());
-    loop {
-        let reading = actor.reading().map(|r| r.program_hz);
-        if let Some(program_hz) = reading.filter(|hz| *hz > 0.0) {
-            bar.finish_and_clear();
-            return Ok(program_hz);
-        }
-        actor.step(0.0, |_| {})?;
-        thread::sleep(STEP);
-    }
 }
 
 /// Waits for the controller to speak, and sees that it takes what may be ordered.

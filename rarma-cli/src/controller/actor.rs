@@ -2,22 +2,19 @@
 //! its own.
 
 use super::Controller;
+use super::charts::{Charts, SAME_SPEED, reach_hz};
 use super::log::{ActLog, ActRecord, What};
 use crate::advice::F_SD;
-use crate::advice::machine::Chart;
 use crate::failure::Failure;
 use rarma_core::act::{ActConfig, Policy, Reading};
-use rarma_core::advice::{Advice, AdviceConfig, HeardChatter, KnownCut, MOST_REACH, advise};
+use rarma_core::advice::{Advice, AdviceConfig, HeardChatter, KnownCut, advise};
 use rarma_core::decide::Structure;
-use std::sync::Arc;
 
 /// Standard deviation of a speed that a controller reports, as a part of it.
 const SPEED_SD: f64 = 0.001;
-/// Of two speeds further apart than this part the program has asked for another one.
-const SAME_SPEED: f64 = 0.01;
 
 /// What is known of the cutter and the machine.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default)]
 pub struct Chatter {
     /// Teeth.
     pub teeth: u32,
@@ -25,8 +22,8 @@ pub struct Chatter {
     pub structure: Option<Structure<f64>>,
     /// Power at most over the present one.
     pub power: Option<f64>,
-    /// The machine, where it is told, and the programmed speed, turns a second, that its chart is for.
-    pub machine: Option<(f64, Arc<Chart>)>,
+    /// The machine, where it is told.
+    pub machine: Option<Charts>,
 }
 
 /// Turns what is heard into orders.
@@ -43,8 +40,8 @@ pub struct Actor {
     reading: Option<Reading>,
     /// Speeds of this program at which it chattered.
     known: Vec<KnownCut<f64>>,
-    /// That the machine that is told is of no use has been said.
-    said_without: bool,
+    /// Why the machine that is told is of no use, as it was said last.
+    said_without: Option<&'static str>,
 }
 
 impl Actor {
@@ -74,7 +71,7 @@ impl Actor {
             chatter_hz: None,
             reading: None,
             known: Vec::new(),
-            said_without: false,
+            said_without: None,
         })
     }
 
@@ -82,11 +79,6 @@ impl Actor {
     pub fn heard(&mut self, t_s: f64, chatter_hz: Option<f64>) {
         self.chatter_hz = chatter_hz;
         self.policy.heard(t_s, chatter_hz.is_some());
-    }
-
-    /// The machine is told, with the programmed speed, turns a second, that its chart is for.
-    pub fn told(&mut self, program_hz: f64, chart: Chart) {
-        self.about.machine = Some((program_hz, Arc::new(chart)));
     }
 
     /// The speed that the listening believes in, turns a second.
@@ -170,6 +162,9 @@ impl Actor {
         if !reading.running || !same {
             self.known.clear();
         }
+        if let Some(charts) = &mut self.about.machine {
+            charts.begin(reading.program_hz, &self.config);
+        }
         self.policy.reading(t_s, &reading);
     }
 
@@ -189,15 +184,15 @@ impl Actor {
         heard: &HeardChatter<f64>,
         said: &mut impl FnMut(ActRecord),
     ) -> Option<Advice<f64>> {
-        if let Some((for_hz, chart)) = self.about.machine.clone() {
-            let why = if (for_hz / program_hz - 1.0).abs() > SAME_SPEED {
-                "speed"
-            } else if let Ok(Some(answer)) = chart.advise(config, heard, &self.known) {
-                return Some(answer.advice);
-            } else {
-                "chatter"
+        if let Some(charts) = &mut self.about.machine {
+            let why = match charts.of(program_hz) {
+                None => "chart",
+                Some(chart) => match chart.advise(config, heard, &self.known) {
+                    Ok(Some(answer)) => return Some(answer.advice),
+                    Ok(None) | Err(_) => "chatter",
+                },
             };
-            if !core::mem::replace(&mut self.said_without, true) {
+            if self.said_without.replace(why) != Some(why) {
                 said(self.note(t_s, What::WithoutMachine { why }));
             }
         }
@@ -221,8 +216,7 @@ impl Actor {
             spindle_sd_hz: SPEED_SD * spindle_hz,
             teeth: self.about.teeth,
         };
-        let most_hz = self.config.most * reading.program_hz;
-        let least_hz = (self.config.least * reading.program_hz).max(most_hz / MOST_REACH);
+        let (least_hz, most_hz) = reach_hz(&self.config, reading.program_hz);
         let config = AdviceConfig {
             most_power: self.about.power,
             keeps_feed: self.config.keeps_feed,

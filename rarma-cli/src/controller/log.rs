@@ -41,9 +41,9 @@ pub enum What {
         /// Of the override, percent.
         limits: [f64; 2],
     },
-    /// What comes next is proposed without the machine that is told.
+    /// What comes next is proposed without the machine that is told; said again when the reason is another.
     WithoutMachine {
-        /// `speed`: the program asks for another one; `chatter`: the machine does not chatter at this one.
+        /// `chart`: it is still being worked out for the programmed speed; `chatter`: it does not chatter at this one.
         why: &'static str,
     },
     /// Speeds are proposed for a chatter.
@@ -174,8 +174,8 @@ pub fn words(record: &ActRecord) -> String {
         What::Begins { controller, .. } => {
             format!("only says what it would order; controller: {controller}")
         }
-        What::WithoutMachine { why: "speed" } => {
-            "without the machine that is told: the program asks for another speed than at the beginning".to_owned()
+        What::WithoutMachine { why: "chart" } => {
+            "without the machine that is told: it is still being worked out for the programmed speed".to_owned()
         }
         What::WithoutMachine { .. } => {
             "without the machine that is told: it does not chatter at this speed; the file is of another tool, cut or set-up".to_owned()

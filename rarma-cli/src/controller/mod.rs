@@ -4,12 +4,14 @@
 //! is [`rarma_core::act`]'s. [`Actor`] puts policy, advice, port and log together.
 
 mod actor;
+mod charts;
 mod dry;
 pub mod grbl;
 pub mod linuxcnc;
 mod log;
 
 pub use actor::{Actor, Chatter};
+pub use charts::Charts;
 pub use dry::Dry;
 pub use grbl::Grbl;
 pub use linuxcnc::LinuxCnc;
