@@ -25,7 +25,7 @@ use rarma_core::monitor::MonitorConfig;
 use rayon::prelude::*;
 use std::fmt::Write as _;
 
-/// Seeds that no number of the advice was set on: the first cuts of them that chatter.
+/// Seeds that no number of the advice was set on, but what vibration weighs (decision 88): the first cuts of them that chatter.
 const SEEDS: u64 = 120_000;
 /// Seeds that are drawn at once.
 const BATCH: u64 = 16;

@@ -17,7 +17,7 @@ pub(super) const SAME_SPEED: f64 = 0.01;
 #[derive(Debug)]
 pub struct Charts {
     belief: Arc<Belief>,
-    /// By the programmed speed, turns a second; none where it could not be made, which is a defect.
+    /// By the programmed speed, turns a second; none where it could not be made.
     made: VecDeque<(f64, Option<Arc<Chart>>)>,
     making: Option<(f64, JoinHandle<Chart>)>,
 }
@@ -40,7 +40,10 @@ impl Charts {
             let belief = Arc::clone(&self.belief);
             let reach_hz = reach_hz(config, program_hz);
             let make = move || on_few_cores(|| belief.chart(program_hz, reach_hz, || ()));
-            self.making = Some((program_hz, thread::spawn(make)));
+            match thread::Builder::new().spawn(make) {
+                Ok(thread) => self.making = Some((program_hz, thread)),
+                Err(_) => self.keep(program_hz, None),
+            }
         }
     }
 
