@@ -151,7 +151,7 @@ fn less_db(case: &Case, ratios: &[f64]) -> Vec<(f64, f64)> {
 }
 
 #[test]
-fn without_chatter_it_vibrates_as_it_is_forced() {
+fn how_much_less_a_cut_can_vibrate() {
     let case = drawn(SEEDS + 9, Kind::Pocket, &RPM).expect("a pocket");
     let stable = (50..=150).map(|percent| 0.01 * f64::from(percent));
     let stable: Vec<f64> = stable.filter(|r| case.root(*r).is_none()).collect();
