@@ -67,8 +67,10 @@ impl InputLine {
     /// Takes away the word before the cursor.
     pub(super) fn back_word(&mut self) {
         let before = &self.text[..self.cursor];
-        let word = before.iter().rposition(|c| *c != ' ').unwrap_or(0);
-        let blank = before[..word].iter().rposition(|c| *c == ' ');
+        let word = before.iter().rposition(|c| !c.is_whitespace());
+        let blank = before[..word.unwrap_or(0)]
+            .iter()
+            .rposition(|c| c.is_whitespace());
         let from = blank.map_or(0, |blank| blank + 1);
         self.text.drain(from..self.cursor);
         self.cursor = from;
@@ -115,7 +117,9 @@ impl InputLine {
     /// Puts in what must come next; where several words could, they are offered.
     pub(super) fn complete(&mut self) {
         let before: String = self.text[..self.cursor].iter().collect();
-        let begun = before.rsplit(' ').next().unwrap_or_default();
+        // Words end at any blank, as for who reads the line: some keyboards type one that is not the plain one.
+        let begun = before.rsplit(char::is_whitespace).next();
+        let begun = begun.unwrap_or_default();
         let all = speech::completions(&before);
         let Some(first) = all.first() else {
             self.offers.clear();
@@ -218,11 +222,24 @@ mod tests {
         let mut line = typed("nothing ");
         line.complete();
         assert_eq!(line.text(), "nothing ");
+        for blank in ['\u{a0}', '\u{3000}'] {
+            let mut line = typed(&format!("start{blank}mon"));
+            line.complete();
+            assert_eq!(line.text(), format!("start{blank}monitor "));
+            line.back_word();
+            assert_eq!(line.text(), format!("start{blank}"));
+        }
+    }
+
+    /// Letters of any writing, and those that words of commands begin with, with blanks of all sorts.
+    fn letter() -> impl Strategy<Value = char> {
+        let usual: Vec<char> = "aehioprst.  \u{a0}\u{3000}".chars().collect();
+        prop_oneof![any::<char>(), prop::sample::select(usual)]
     }
 
     proptest! {
         #[test]
-        fn whatever_is_pressed_the_cursor_stays_in_the_line(keys in prop::collection::vec((0..9_u8, any::<char>()), 0..80)) {
+        fn whatever_is_pressed_the_cursor_stays_in_the_line(keys in prop::collection::vec((0..12_u8, letter()), 0..80)) {
             let mut line = InputLine::default();
             for (key, letter) in keys {
                 match key {
