@@ -11,6 +11,7 @@
 //!   their way;
 //! * [`stability`] limits in closed form, [`growth`] limits from the simulation,
 //!   [`delay`] limits and operational damping by semi-discretisation;
+//! * [`forced`] what teeth and runout force of a stable cut;
 //! * [`variation`] a spindle speed that swings;
 //! * [`ldbb`] a machine under a loaded ball bar, and the bar's air;
 //! * [`cers`] magnets, amplifiers, sensors and the structure of the exciter;
@@ -27,6 +28,7 @@ pub mod cut;
 pub mod delay;
 pub mod els;
 pub mod error;
+pub mod forced;
 pub mod growth;
 pub mod ldbb;
 mod linalg;

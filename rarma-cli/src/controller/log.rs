@@ -43,7 +43,7 @@ pub enum What {
     },
     /// What comes next is proposed without the machine that is told; said again when the reason is another.
     WithoutMachine {
-        /// `chart`: it is still being worked out for the programmed speed; `chatter`: it does not chatter at this one.
+        /// `chart`: it is not worked out for the programmed speed, yet or at all; `chatter`: it does not chatter at this one.
         why: &'static str,
     },
     /// Speeds are proposed for a chatter.
@@ -175,7 +175,7 @@ pub fn words(record: &ActRecord) -> String {
             format!("only says what it would order; controller: {controller}")
         }
         What::WithoutMachine { why: "chart" } => {
-            "without the machine that is told: it is still being worked out for the programmed speed".to_owned()
+            "without the machine that is told: it is not worked out for the programmed speed, yet or at all".to_owned()
         }
         What::WithoutMachine { .. } => {
             "without the machine that is told: it does not chatter at this speed; the file is of another tool, cut or set-up".to_owned()
