@@ -146,8 +146,10 @@ fn judged(seed: u64) -> Option<Judged> {
             amplitude: said.amplitude,
             frequency_ratio: said.frequency_ratio,
         };
+        all.push(swung(&case, Some(variation), said.helps()));
+        let last = all.last().expect("one");
         println!(
-            "{seed} {} teeth {} waves {:.1}: rva {:.3} swing {:.2} Hz phase {:.1} rad chance {:.2} ratio {:.2}",
+            "{seed} structure {} teeth {} waves {:.1}: rva {:.3} swing {:.2} Hz phase {:.1} rad chance {:.2} ratio {:.2}; stable {} alarmed {:?}",
             structure.is_some(),
             heard.teeth,
             heard.waves(),
@@ -155,11 +157,10 @@ fn judged(seed: u64) -> Option<Judged> {
             said.swing_hz,
             said.phase_swing,
             said.chance,
-            said.growth_ratio
+            said.growth_ratio,
+            last.stable,
+            last.alarmed
         );
-        all.push(swung(&case, Some(variation), said.helps()));
-        let last = all.last().expect("one");
-        println!("   stable {} alarmed {:?}", last.stable, last.alarmed);
     }
     Some(Judged {
         milled: matches!(case.process, Process::Milling(_)),
@@ -255,7 +256,7 @@ fn a_swing_makes_cuts_stable_that_no_speed_does() {
 }
 
 #[test]
-#[ignore = "a quarter of an hour"]
+#[ignore = "minutes"]
 fn a_swing_makes_cuts_stable_that_no_speed_does_long() {
     let all = cuts(LONG);
     let table = table(&all);
