@@ -13,7 +13,7 @@ use rarma_rigs::ldbb::{
     ForceLaw, Inclination, LdbbError, ProcedureConfig, Schedule, StandingConfig, ValveConfig,
 };
 use rarma_scenarios::ldbb::Findings;
-use rarma_scenarios::ldbb::evaluate::AtForce;
+use rarma_scenarios::ldbb::errors::AtForce;
 use rarma_scenarios::ldbb::stiffness::{AllRound, static_cycles};
 
 fn stiffness(f: &Findings) -> &AllRound {

@@ -7,35 +7,6 @@ use super::sensitivity;
 use super::{Asked, Tally, Told};
 use rarma_pictures::{Chart, Mark, Scale, Series, sheet, table};
 
-/// What [`cells`] are.
-pub const HEAD: [&str; 8] = [
-    "called",
-    "called or warned",
-    "covered",
-    "latency (s)",
-    "false alarms an hour",
-    "quiet time in alarm",
-    "in warning",
-    "chatters",
-];
-
-/// The figures of a line of a table.
-pub fn cells(sum: &Sum) -> Vec<String> {
-    let part = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.3}"));
-    vec![
-        part(sum.detected()),
-        part(sum.told()),
-        part(sum.coverage()),
-        sum.latency_s()
-            .map_or("-".to_owned(), |x| format!("{x:.2}")),
-        sum.false_per_hour()
-            .map_or("-".to_owned(), |x| format!("{x:.1}")),
-        part(sum.alarmed()),
-        part(sum.warned()),
-        sum.chatters.to_string(),
-    ]
-}
-
 /// The page of a run.
 pub fn page(seeds: (u64, u64), asked: &Asked, tally: &Tally) -> String {
     let mut body = String::new();
@@ -43,7 +14,7 @@ pub fn page(seeds: (u64, u64), asked: &Asked, tally: &Tally) -> String {
         body.push_str(&curve(*told, tally).figure());
     }
     let mut head = vec!["speed", "detector", "threshold"];
-    head.extend(HEAD);
+    head.extend(Sum::HEAD);
     let rows: Vec<Vec<String>> = tally
         .sums
         .iter()
@@ -53,7 +24,7 @@ pub fn page(seeds: (u64, u64), asked: &Asked, tally: &Tally) -> String {
                 ALL[*detector].name().to_owned(),
                 ALL[*detector].thresholds()[*k].to_string(),
             ];
-            row.extend(cells(sum));
+            row.extend(sum.cells());
             row
         })
         .collect();
@@ -69,7 +40,7 @@ pub fn page(seeds: (u64, u64), asked: &Asked, tally: &Tally) -> String {
                 ALL[*detector].name().to_owned(),
                 (*kind).to_owned(),
             ];
-            row.extend(cells(sum));
+            row.extend(sum.cells());
             row
         })
         .collect();

@@ -94,6 +94,35 @@ pub struct Sum {
 }
 
 impl Sum {
+    /// What [`Self::cells`] are.
+    pub const HEAD: [&str; 8] = [
+        "called",
+        "called or warned",
+        "covered",
+        "latency (s)",
+        "false alarms an hour",
+        "quiet time in alarm",
+        "in warning",
+        "chatters",
+    ];
+
+    /// The figures of a line of a table.
+    pub fn cells(&self) -> Vec<String> {
+        let part = |x: Option<f64>| x.map_or("-".to_owned(), |x| format!("{x:.3}"));
+        vec![
+            part(self.detected()),
+            part(self.told()),
+            part(self.coverage()),
+            self.latency_s()
+                .map_or("-".to_owned(), |x| format!("{x:.2}")),
+            self.false_per_hour()
+                .map_or("-".to_owned(), |x| format!("{x:.1}")),
+            part(self.alarmed()),
+            part(self.warned()),
+            self.chatters.to_string(),
+        ]
+    }
+
     /// Adds a cut.
     pub fn add(&mut self, score: &Score) {
         self.cuts += 1;

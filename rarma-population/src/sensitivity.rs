@@ -79,7 +79,7 @@ pub fn cells(variant: &Variant, usual: &VerdictConfig, sum: &Sum) -> Vec<String>
         usual.get(variant.name).unwrap_or_default().to_string(),
         variant.value.to_string(),
     ];
-    row.extend(super::page::cells(sum));
+    row.extend(sum.cells());
     row
 }
 

@@ -4,10 +4,12 @@
 //! owns a [`CurrentLoop`](crate::CurrentLoop) and a [`CoilBridge`] there; the main
 //! side talks to the loop through [`BoxBoard::coils`](super::BoxBoard::coils) only.
 
-use super::{AdcCode, BoardError, GAPS};
+use super::{AdcCode, BoardError};
 
 /// Coils of the exciter: +X, −X, +Y, −Y, in this order.
 pub const COILS: usize = 4;
+/// Displacement sensors: X and Y.
+pub const GAPS: usize = 2;
 
 /// Four coils as the current loop sees them.
 ///

@@ -16,11 +16,11 @@ mod order;
 mod whole;
 
 pub use code::{AdcCode, DacCode};
-pub use coils::{COILS, CoilBridge};
+pub use coils::{COILS, CoilBridge, GAPS};
 pub use listener::Listener;
 pub use order::{CoilAction, CoilLimits, CoilOrder, CoilReport, CoilTrip, ForceScale};
 pub use whole::{
-    BoxBoard, Contacts, Emergency, FlashSeen, GAPS, LEAST_BROWN_OUT_MV, Lights, Origin, Pulse,
+    BoxBoard, Contacts, Emergency, FlashSeen, LEAST_BROWN_OUT_MV, Lights, Origin, Pulse,
     ResetCause, SensorCodes, WATCHDOG_US,
 };
 

@@ -1,12 +1,9 @@
 //! The whole box: every verb beside the current loop's.
 
-use super::{AdcCode, Board, Clock, CoilOrder, CoilReport, DacCode};
+use super::{AdcCode, Board, Clock, CoilOrder, CoilReport, DacCode, GAPS};
 use core::ops::Range;
 use rarma_box::guard::KEPT_BYTES;
 use rarma_rigs::cers::Source;
-
-/// Displacement sensors: X and Y.
-pub const GAPS: usize = 2;
 
 /// Why the controller started.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

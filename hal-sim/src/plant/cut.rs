@@ -7,7 +7,6 @@ use super::milling::{MillSample, Milling, MillingConfig};
 use super::modal::ShapedMode;
 use super::process::Schedule;
 use super::sound::{Microphone, MicrophoneConfig};
-use super::truth::Truth;
 use super::turning::{Turning, TurningConfig};
 use super::variation::SpeedVariation;
 
@@ -279,16 +278,6 @@ impl Iterator for VirtualCut {
 }
 
 impl ExactSizeIterator for VirtualCut {}
-
-impl Scenario {
-    /// What is true of it; see [`Truth::of`].
-    ///
-    /// # Errors
-    /// As there.
-    pub fn truth(&self) -> Result<Truth, PlantError> {
-        Truth::of(&self.process, self.duration_s)
-    }
-}
 
 #[cfg(test)]
 #[path = "cut_tests.rs"]

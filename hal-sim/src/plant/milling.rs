@@ -13,9 +13,8 @@ use super::error::PlantError;
 pub use super::milling_config::{Engagement, MillingConfig};
 pub use super::milling_motion::MillSample;
 use super::milling_motion::{Motion, Moving, tooth_cells};
-use super::modal::{FohStep, ShapedMode};
+use super::modal::{FohStep, ShapedMode, StepTable};
 use super::process::{Contact, SmoothNoise};
-use super::variation::StepTable;
 pub use super::workpiece::{Gap, Workpiece};
 use core::f64::consts::TAU;
 

@@ -9,10 +9,12 @@
 //! Glossary: *f* undamped natural frequency, *ζ* damping ratio, *FOH*
 //! first-order hold (the force is a straight line within a step).
 
+mod step_table;
+
 use super::error::{PlantError, positive, require};
 use super::linalg::Square;
-use super::variation::StepTable;
 use core::f64::consts::TAU;
+pub(super) use step_table::StepTable;
 
 /// One mode of vibration at the point and in the direction where the force acts.
 ///

@@ -4,7 +4,7 @@
 //! Slow path. Everything comes from the delay equation, nothing from the signal.
 
 use super::condition::{Condition, arc, entering, in_stock_s, interrupted};
-use super::cut::Process;
+use super::cut::{Process, Scenario};
 use super::delay::{
     Border, Crossing, DelaySystem, DepthSearch, Root, limit, limit_by, milling_delay,
     turning_delay, turning_roots,
@@ -68,6 +68,16 @@ pub struct Truth {
     pub modes: Vec<ShapedMode>,
     /// Roots while it cuts.
     pub operational: Vec<Operational>,
+}
+
+impl Scenario {
+    /// What is true of it; see [`Truth::of`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn truth(&self) -> Result<Truth, PlantError> {
+        Truth::of(&self.process, self.duration_s)
+    }
 }
 
 impl Truth {

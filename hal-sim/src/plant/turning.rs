@@ -6,9 +6,9 @@
 //! which makes a revolution; no allocation.
 
 use super::error::{PlantError, non_negative, positive};
-use super::modal::{Mode, ModeBank};
+use super::modal::{Mode, ModeBank, StepTable};
 use super::process::{Contact, ForceNoise, ProcessDamping, Schedule, SmoothNoise};
-use super::variation::{SpeedVariation, StepTable};
+use super::variation::SpeedVariation;
 
 /// Configuration of [`Turning`]. SI units.
 #[derive(Clone, Debug, PartialEq)]

@@ -11,7 +11,6 @@
 //! *RVF*, ratio of the frequency of the variation to the spindle's.
 
 use super::error::{PlantError, require};
-use super::modal::{FohStep, Mode};
 use core::f64::consts::{PI, TAU};
 
 /// RVA at most: beyond it a spindle all but stops.
@@ -20,10 +19,6 @@ pub const MOST_AMPLITUDE: f64 = 0.5;
 pub const FREQUENCY_RATIOS: (f64, f64) = (1e-4, 2.0);
 /// Steps of Newton's method; it halves nothing, it squares: three are rounding.
 const NEWTON: usize = 4;
-/// Lengths of a step for which a mode is solved; between them it is interpolated. With 0.13
-/// rad a step and speeds of half to twice the mean the straight line is off by 5e-8 of a
-/// step: 5e-5 of a damping of 1 %. Half as many lengths: four times that.
-const LENGTHS: usize = 512;
 
 /// A speed that swings: n(t) = n₀·(1 + RVA·sin(2π·RVF·n₀·t)), n in turns a second.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -112,35 +107,6 @@ pub fn phase_swing_rad(variation: &SpeedVariation, f_hz: f64, mean_hz: f64, teet
     TAU * waves * variation.amplitude * x.sin() / x
 }
 
-/// The exact step of one mode for any length within a range.
-#[derive(Clone, Debug)]
-pub(super) struct StepTable {
-    least_s: f64,
-    per_s: f64,
-    steps: Vec<FohStep>,
-}
-
-impl StepTable {
-    /// For steps from `least_s` to `most_s` s.
-    pub(super) fn new(mode: &Mode, least_s: f64, most_s: f64) -> Self {
-        let width = (most_s - least_s).max(1e-9 * most_s) / (LENGTHS - 1) as f64;
-        let steps = (0..LENGTHS).map(|i| FohStep::new(mode, least_s + width * i as f64));
-        Self {
-            least_s,
-            per_s: 1.0 / width,
-            steps: steps.collect(),
-        }
-    }
-
-    /// The step of this length, s.
-    #[inline]
-    pub(super) fn at(&self, dt: f64) -> FohStep {
-        let place = ((dt - self.least_s) * self.per_s).clamp(0.0, (LENGTHS - 1) as f64);
-        let below = (place as usize).min(LENGTHS - 2);
-        self.steps[below].between(&self.steps[below + 1], place - below as f64)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -179,21 +145,6 @@ mod tests {
         // Whole swings take whole mean turns.
         let swing = v.time_for_s(n0, v.frequency_hz(n0), 0.123, 1.0 / 0.37);
         assert!((swing - 1.0 / (0.37 * n0)).abs() < 1e-9, "{swing}");
-    }
-
-    #[test]
-    fn steps_between_are_those_that_are_solved() {
-        let mode = Mode::from_stiffness(900.0, 0.01, 1e7);
-        let table = StepTable::new(&mode, 1e-5, 4e-5);
-        for dt in [1e-5, 1.234e-5, 2.345e-5, 3.999e-5] {
-            let (a, b) = (table.at(dt), FohStep::new(&mode, dt));
-            let (x, y) = (
-                a.advance([1e-5, 0.02], 3.0, 5.0),
-                b.advance([1e-5, 0.02], 3.0, 5.0),
-            );
-            assert!((x[0] / y[0] - 1.0).abs() < 2e-7, "{dt}");
-            assert!((x[1] - y[1]).abs() < 1e-7 * 0.06, "{dt}: {x:?} {y:?}");
-        }
     }
 
     #[test]

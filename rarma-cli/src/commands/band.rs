@@ -2,7 +2,7 @@
 //! conditioning, or all of it; and in what words a band is refused.
 
 use super::estimators::{self, IdentifiedMode, Model};
-use super::monitor::read;
+use super::source::read;
 use crate::args::{BandArgs, Detrend, InputArgs};
 use crate::failure::Failure;
 use rarma_core::condition::{Band, BandError, BandFilter};

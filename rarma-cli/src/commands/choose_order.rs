@@ -4,8 +4,9 @@
 //! then the recursive estimator with the choice.
 
 use super::band::detrended;
+use super::estimators::residuals;
 use super::estimators::{self, IdentifiedMode, Memory};
-use super::identify::{residuals, with_stack};
+use super::fitting::with_stack;
 use super::{monitor, show};
 use crate::args::{ChooseOrderArgs, Detrend, Method};
 use crate::failure::Failure;

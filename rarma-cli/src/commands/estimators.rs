@@ -1,10 +1,11 @@
 //! The estimators behind `rarma identify` and `rarma order`, by name.
 
-use super::lines;
+mod lines;
+
 use crate::args::Method;
 use rarma_core::estimate::{BoundedArma, Gain, Gradient, IvConfig, RarmaConfig, RecursiveIv};
 use rarma_core::spectrum::{FactorTracker, Quadratic, Roots, deviation, modal};
-use rarma_fit::{ArFit, ArmaFit, Bound, FitError, Ml, MlConfig, Pem, PemConfig};
+use rarma_fit::{ArFit, ArmaFit, Bound, FitError, Ml, MlConfig, Pem, PemConfig, earlier_errors};
 use serde::Serialize;
 
 /// Largest p and q.
@@ -154,7 +155,7 @@ pub(super) fn with_moving_average(y: &[f64], a: &[f64], q: usize) -> Result<Mode
     let c = if q == 0 {
         Vec::new()
     } else {
-        let rest = super::identify::residuals(y, a, &[]);
+        let rest = residuals(y, a, &[]);
         let rows = (4 * q).min(N);
         let moving = rarma_fit::innovations_algorithm::<f64, N>(&rest[a.len()..], q, rows)?;
         moving.c().to_vec()
@@ -293,4 +294,22 @@ pub fn modes_of(
     let mut modes: Vec<IdentifiedMode> = roots.factors(a.len()).iter().filter_map(mode).collect();
     modes.sort_by(|x, y| x.f.total_cmp(&y.f));
     Some(modes)
+}
+
+/// Residuals e = A/C·y of a fixed model. The first p are not known: the last q of them stand as what
+/// the rest makes likely, the others as 0.
+pub(super) fn residuals(y: &[f64], a: &[f64], c: &[f64]) -> Vec<f64> {
+    let (p, q) = (a.len(), c.len());
+    let earlier = earlier_errors::<f64, { N }>(y, a, c).unwrap_or([0.0; N]);
+    // From e(p − q) on.
+    let mut e: Vec<f64> = earlier[..q].iter().rev().copied().collect();
+    for t in p..y.len() {
+        let ar: f64 = a.iter().zip(y[..t].iter().rev()).map(|(a, y)| a * y).sum();
+        let ma: f64 = c.iter().zip(e.iter().rev()).map(|(c, e)| c * e).sum();
+        e.push(y[t] + ar - ma);
+    }
+    let mut out = vec![0.0; p.saturating_sub(q)];
+    out.extend_from_slice(&e[q.saturating_sub(p)..]);
+    out.truncate(y.len());
+    out
 }

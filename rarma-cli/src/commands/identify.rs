@@ -5,12 +5,13 @@ mod page;
 
 use super::band::{self, Part};
 use super::channels;
-use super::estimators::{self, IdentifiedMode, Memory};
+use super::estimators::{self, IdentifiedMode, Memory, residuals};
+use super::fitting::{REMEDY, criteria, with_stack};
 use super::show;
 use crate::args::{IdentifyArgs, Method};
 use crate::failure::Failure;
 use crate::report::sheet_told;
-use rarma_fit::{Criteria, FitError, Whiteness, earlier_errors};
+use rarma_fit::Whiteness;
 use rarma_recordings::input::Recording;
 use serde::Serialize;
 use std::path::Path;
@@ -19,8 +20,6 @@ use std::path::Path;
 const WHITENESS_LAGS: usize = 20;
 /// Lags at most.
 const MOST_LAGS: usize = 2 * estimators::MAX_ORDER + WHITENESS_LAGS;
-/// The largest models keep their arrays on the stack.
-const STACK_BYTES: usize = 64 << 20;
 
 /// A model and how good it is: the JSON of `rarma identify`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -187,20 +186,6 @@ fn fit_named(part: &Part, args: &IdentifyArgs, file: &Path) -> Result<Identified
         .map_err(|why| Failure::Input(format!("{}: {why}", file.display())))
 }
 
-/// Runs a fit on a thread with room for the largest models.
-pub(super) fn with_stack<V: Send>(
-    fit: impl FnOnce() -> Result<V, String> + Send,
-) -> Result<V, String> {
-    std::thread::scope(|scope| {
-        std::thread::Builder::new()
-            .stack_size(STACK_BYTES)
-            .spawn_scoped(scope, fit)
-            .map_err(|why| format!("no thread for the fit: {why}"))?
-            .join()
-            .map_err(|_| "the fit broke off: a defect of this program".to_owned())?
-    })
-}
-
 fn fit_part(part: &Part, args: &IdentifyArgs) -> Result<Identified, String> {
     let (p, q) = args.order;
     let k = p + q;
@@ -281,38 +266,4 @@ fn fit_part(part: &Part, args: &IdentifyArgs) -> Result<Identified, String> {
         return Err(format!("whole file: the model overflows {REMEDY}"));
     }
     Ok(found)
-}
-
-/// What to do where a model cannot be fitted.
-pub(super) const REMEDY: &str = "(choose another --order or --method, or record longer)";
-
-/// The criteria, or why there are none.
-pub(super) fn criteria(sigma2: f64, n: usize, k: usize) -> Result<Criteria<f64>, String> {
-    Criteria::of(sigma2, n, k).map_err(|why| match why {
-        FitError::OutOfRange if sigma2 == 0.0 => {
-            "nothing is left over: each sample follows from those before it (choose a lower --order)".to_owned()
-        }
-        FitError::OutOfRange => format!(
-            "what is left over grows without bound: C has a root outside the unit circle {REMEDY}"
-        ),
-        why => format!("{why} {REMEDY}"),
-    })
-}
-
-/// Residuals e = A/C·y of a fixed model. The first p are not known: the last q of them stand as what
-/// the rest makes likely, the others as 0.
-pub(super) fn residuals(y: &[f64], a: &[f64], c: &[f64]) -> Vec<f64> {
-    let (p, q) = (a.len(), c.len());
-    let earlier = earlier_errors::<f64, { estimators::N }>(y, a, c).unwrap_or([0.0; estimators::N]);
-    // From e(p − q) on.
-    let mut e: Vec<f64> = earlier[..q].iter().rev().copied().collect();
-    for t in p..y.len() {
-        let ar: f64 = a.iter().zip(y[..t].iter().rev()).map(|(a, y)| a * y).sum();
-        let ma: f64 = c.iter().zip(e.iter().rev()).map(|(c, e)| c * e).sum();
-        e.push(y[t] + ar - ma);
-    }
-    let mut out = vec![0.0; p.saturating_sub(q)];
-    out.extend_from_slice(&e[q.saturating_sub(p)..]);
-    out.truncate(y.len());
-    out
 }

@@ -7,6 +7,7 @@ use crate::record::{Run, Summary};
 use firmware::monitor::MonitorDuty;
 use rarma_box::wire::MonitorJob;
 use rarma_core::estimate::StateVisitor;
+use rarma_recordings::input::Recording;
 
 /// Listens; what is said goes to whoever hears it, and nothing is kept.
 #[derive(Clone)]
@@ -167,6 +168,25 @@ impl<const CHANNELS: usize> Ears<CHANNELS> {
         }
         Ok(all.with(self.finish()?))
     }
+}
+
+/// Runs a pair of monitors over two channels in step, on the host. `news` is called
+/// with what is said; `pulses` are those of a tacho, see
+/// [`listen_with_tacho`](super::listen_with_tacho), or none.
+///
+/// # Errors
+/// Settings out of range.
+pub fn listen_pair(
+    job: &MonitorJob,
+    recordings: &[Recording; 2],
+    pulses: &[Option<f32>],
+    news: impl FnMut(&News),
+) -> Result<Run, Failure> {
+    let [first, second] = recordings;
+    let channels = [first.channel, second.channel];
+    let samples = first.samples.iter().zip(&second.samples);
+    let ears = Ears::two(job, channels)?;
+    ears.whole(samples.map(|(a, b)| [*a as f32, *b as f32]), pulses, news)
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ mod demo;
 mod els;
 mod estimators;
 mod feed;
+mod fitting;
 #[cfg(all(feature = "fleet", not(target_family = "wasm")))]
 mod fleet;
 #[cfg(all(feature = "fleet", not(target_family = "wasm")))]
@@ -20,7 +21,6 @@ mod gateway;
 mod identify;
 mod known;
 mod ldbb;
-mod lines;
 mod listen;
 mod listening;
 mod lobes;
@@ -49,10 +49,10 @@ pub use channels::{
 pub use estimators::{IdentifiedMode, modes_of};
 pub use feed::{Feed, Said};
 pub use identify::{Identified, identify, identify_recording};
+pub use listening::listen_pair;
 pub use lobes::{LobePoint, Lobes, chart as lobe_chart, point as lobe_point};
 pub use monitor::{job, listen, listen_with_tacho};
 pub use order::{Candidate, CandidateMode, Choice, Cluster, order_recording};
-pub use pair::listen as listen_pair;
 pub use psd::{Density, psd_recording};
 pub use simulate::{Simulated, simulate};
 pub use source::About;
@@ -73,7 +73,8 @@ pub fn run(cli: &Cli) -> Result<u8, Failure> {
     }
     output::check(&cli.command.files())?;
     match &cli.command {
-        Command::Monitor(args) => monitor::main(args),
+        Command::Monitor(args) if args.more.is_empty() => monitor::main(args),
+        Command::Monitor(args) => several::main(args),
         Command::Listen(args) => listen::main(args),
         Command::Advise(args) => advise::main(args),
         Command::Act(args) => act::main(args),

@@ -5,9 +5,9 @@ use super::listening::Ears;
 use super::show::{Audience, Finished};
 use super::source::{About, Block, Source};
 use super::watched::{self, Pace, Watched};
-use super::{band, process, several, show};
+use super::{band, process, show};
 use crate::advice::Reach;
-use crate::args::{InputArgs, MonitorArgs, notes_by_key};
+use crate::args::{MonitorArgs, notes_by_key};
 use crate::collect::News;
 use crate::controller::ActRecord;
 use crate::failure::Failure;
@@ -17,13 +17,10 @@ use crate::record::{Run, Summary};
 use rarma_box::wire::MonitorJob;
 use rarma_core::Order;
 use rarma_core::monitor::{LEAST_MEMORY, MonitorConfig, MonitorError};
-use rarma_recordings::input::{self, InputError, ReadOptions, Recording, Speeds};
+use rarma_recordings::input::{InputError, Speeds};
 use std::path::Path;
 
 pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
-    if !args.more.is_empty() {
-        return several::main(args);
-    }
     let watched = Watched::of(args)?;
     Ok(heard(
         args,
@@ -228,24 +225,6 @@ fn through<const CHANNELS: usize>(
 /// Of a pipe: what is wrong with a line.
 fn odd_speed(why: InputError) {
     eprintln!("Warning: {why}; the speed before it stands");
-}
-
-/// Reads the recording whole, and passes on what is odd about it.
-///
-/// # Errors
-/// Bad input, in one line.
-pub fn read(args: &InputArgs) -> Result<Recording, Failure> {
-    let options = ReadOptions {
-        channel: args.channel,
-        fs: args.fs,
-        stream: args.stream,
-        check: true,
-    };
-    let recording = input::read_raw(&args.input, &options, args.raw())?;
-    for notice in &recording.notices {
-        eprintln!("{}: {notice}", recording.path.display());
-    }
-    Ok(recording)
 }
 
 /// The job that the box is given for a recording.

@@ -9,7 +9,7 @@ pub(super) use page::{STABLE, poles};
 
 use super::band::{self, Part};
 use super::estimators::{self, Memory};
-use super::identify::{self, with_stack};
+use super::fitting::{REMEDY, criteria, with_stack};
 use super::show;
 use crate::args::{Criterion, Detrend, Method, OrderArgs};
 use crate::failure::Failure;
@@ -262,14 +262,14 @@ fn candidates(
 fn candidate(part: &Part, (p, q): (usize, usize), max: usize) -> Result<Candidate, String> {
     let y = &part.samples;
     let model = with_stack(|| estimators::fit(Method::Pem, y, (p, q), Memory::WHOLE))
-        .map_err(|why| format!("{why} {}", identify::REMEDY))?;
-    let errors = identify::residuals(y, &model.a, &model.c);
+        .map_err(|why| format!("{why} {}", REMEDY))?;
+    let errors = estimators::residuals(y, &model.a, &model.c);
     let used = errors.get(max..).unwrap_or_default();
     let n = used.len();
     let sigma2 = used.iter().map(|e| e * e).sum::<f64>() / n as f64;
-    let criteria = identify::criteria(sigma2, n, p + q)?;
+    let criteria = criteria(sigma2, n, p + q)?;
     if !model.a.iter().chain(&model.c).all(|x| x.is_finite()) {
-        return Err(format!("the model overflows {}", identify::REMEDY));
+        return Err(format!("the model overflows {}", REMEDY));
     }
     Ok(Candidate {
         order: [p, q],

@@ -2,13 +2,12 @@
 
 use crate::collect::{Collector, News};
 use crate::failure::Failure;
-use crate::record::{ChannelRecord, FaultRecord, Run};
+use crate::record::{ChannelRecord, FaultRecord};
 use firmware::monitor::Telling;
 use rarma_box::wire::{MonitorJob, Telemetry};
 use rarma_core::condition::{Fault, HealthCounts};
 use rarma_core::decide::ChannelFault;
 use rarma_core::monitor::{MonitorError, PairConfig, PairMonitor, PairReport};
-use rarma_recordings::input::Recording;
 
 /// Stretches without a channel that a summary lists, the first ones.
 const MOST_FAULTS: usize = 1_000;
@@ -89,25 +88,6 @@ impl Pair {
         let end_s = self.monitor.samples() as f64 / self.fs;
         self.channels.map(|log| log.record(end_s)).into()
     }
-}
-
-/// Runs a pair of monitors over two channels in step, on the host. `news` is called
-/// with what is said; `pulses` are those of a tacho, see
-/// [`listen_with_tacho`](super::listen_with_tacho), or none.
-///
-/// # Errors
-/// Settings out of range.
-pub fn listen(
-    job: &MonitorJob,
-    recordings: &[Recording; 2],
-    pulses: &[Option<f32>],
-    news: impl FnMut(&News),
-) -> Result<Run, Failure> {
-    let [first, second] = recordings;
-    let channels = [first.channel, second.channel];
-    let samples = first.samples.iter().zip(&second.samples);
-    let ears = super::listening::Ears::two(job, channels)?;
-    ears.whole(samples.map(|(a, b)| [*a as f32, *b as f32]), pulses, news)
 }
 
 /// What befell each channel, in words.

@@ -6,8 +6,9 @@ use crate::failure::Failure;
 use crate::output;
 use rarma_population::changed::{self, CHANGES};
 use rarma_population::detectors::ALL;
-use rarma_population::page::{HEAD, cells, page};
+use rarma_population::page::page;
 use rarma_population::records::{cut_record, summary};
+use rarma_population::score::Sum;
 use rarma_population::sensitivity::{self, variants};
 use rarma_population::{Asked, Judged, Tally, judged, labels};
 use rayon::prelude::*;
@@ -98,23 +99,26 @@ fn words(asked: &Asked, tally: &Tally) {
 }
 
 fn detectors(tally: &Tally) {
-    say!("| speed | detector | threshold | {} |", HEAD.join(" | "));
-    say!("|---|---|---|{}", "---:|".repeat(HEAD.len()));
+    say!(
+        "| speed | detector | threshold | {} |",
+        Sum::HEAD.join(" | ")
+    );
+    say!("|---|---|---|{}", "---:|".repeat(Sum::HEAD.len()));
     for ((told, detector, k), sum) in &tally.sums {
         say!(
             "| {} | {} | {} | {} |",
             told.name(),
             ALL[*detector].name(),
             ALL[*detector].thresholds()[*k],
-            cells(sum).join(" | ")
+            sum.cells().join(" | ")
         );
     }
 }
 
 fn sensitivities(asked: &Asked, tally: &Tally) {
     say!("");
-    say!("| number | usual | here | {} |", HEAD.join(" | "));
-    say!("|---|---:|---:|{}", "---:|".repeat(HEAD.len()));
+    say!("| number | usual | here | {} |", Sum::HEAD.join(" | "));
+    say!("|---|---:|---:|{}", "---:|".repeat(Sum::HEAD.len()));
     for (variant, sum) in asked.variants.iter().zip(&tally.variants) {
         let row = sensitivity::cells(variant, &asked.numbers, sum);
         say!("| {} |", row.join(" | "));

@@ -3,9 +3,9 @@
 use super::band::{self, Part};
 use super::convert;
 use super::estimators::{self, Memory};
-use super::identify::{self, with_stack};
-use super::monitor::read;
+use super::fitting::{REMEDY, with_stack};
 use super::show;
+use super::source::read;
 use crate::args::{Detrend, Method, PsdArgs, PsdMethod};
 use crate::failure::Failure;
 use crate::output;
@@ -171,7 +171,7 @@ fn density(part: &Part, args: &PsdArgs, order: Option<Fit>) -> Result<Density, S
                 random_walk: 0.0,
             };
             let model = estimators::fit(method, y, order, memory)
-                .map_err(|why| format!("whole file: {why} {}", identify::REMEDY))?;
+                .map_err(|why| format!("whole file: {why} {}", REMEDY))?;
             let sigma2 = model.sigma2.unwrap_or(f64::NAN);
             let (low, high) = part.edges();
             let grid = |k: usize| low + (high - low) * k as f64 / GRID as f64;

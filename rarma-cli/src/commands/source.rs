@@ -7,9 +7,9 @@
 //! end.
 
 use super::tacho::Tacho;
-use crate::args::MonitorArgs;
+use crate::args::{InputArgs, MonitorArgs};
 use crate::failure::Failure;
-use rarma_recordings::input::{End, Health, InputError, Recording, Stream};
+use rarma_recordings::input::{self, End, Health, InputError, ReadOptions, Recording, Stream};
 use std::path::PathBuf;
 
 /// What settings are checked against.
@@ -288,4 +288,22 @@ fn told(
         }
     }
     Ok(well)
+}
+
+/// Reads the recording whole, and passes on what is odd about it.
+///
+/// # Errors
+/// Bad input, in one line.
+pub fn read(args: &InputArgs) -> Result<Recording, Failure> {
+    let options = ReadOptions {
+        channel: args.channel,
+        fs: args.fs,
+        stream: args.stream,
+        check: true,
+    };
+    let recording = input::read_raw(&args.input, &options, args.raw())?;
+    for notice in &recording.notices {
+        eprintln!("{}: {notice}", recording.path.display());
+    }
+    Ok(recording)
 }

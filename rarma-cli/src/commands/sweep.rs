@@ -3,7 +3,7 @@
 
 use super::band::detrended;
 use super::estimators::{self, IdentifiedMode, Memory};
-use super::identify::with_stack;
+use super::fitting::with_stack;
 use super::show;
 use crate::args::{Detrend, Method, SweepArgs};
 use crate::failure::Failure;

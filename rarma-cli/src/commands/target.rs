@@ -7,7 +7,7 @@
 
 use super::show::Audience;
 use super::source::About;
-use super::{monitor, process, show};
+use super::{monitor, process, show, source};
 use crate::advice::Reach;
 use crate::args::MonitorArgs;
 use crate::collect::WholeRun;
@@ -50,7 +50,7 @@ pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
         ));
     }
     let structure = process::structure(args.structure.as_deref())?;
-    let recording = monitor::read(&args.input)?;
+    let recording = source::read(&args.input)?;
     let about = About::from(&recording);
     let job = monitor::job(args, &about)?;
     let elf = image()?;

@@ -3,7 +3,7 @@
 //! A line for a stream that is no terminal spoils nothing, and is written at once.
 
 use std::collections::VecDeque;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Lines that are kept, the last ones; those before them are counted.
@@ -73,24 +73,10 @@ pub(crate) fn news() -> Vec<String> {
     news.unwrap_or_default()
 }
 
-/// The screen is gone: what was kept is written.
-pub(crate) fn end() {
-    let Some(Aside {
-        lines, left_out, ..
-    }) = aside().take()
-    else {
-        return;
-    };
-    if left_out > 0 {
-        let _ = writeln!(io::stderr(), "({left_out} lines before these are left out)");
-    }
-    for (way, line) in lines {
-        match way {
-            Way::Output => super::stdout::line(format_args!("{line}")),
-            // Where it cannot be written there is nobody to tell.
-            Way::Error => drop(writeln!(io::stderr(), "{line}")),
-        }
-    }
+/// The screen is gone: what was kept, and how many lines before it were left out.
+pub(super) fn end() -> (u64, VecDeque<(Way, String)>) {
+    let kept = aside().take().unwrap_or_default();
+    (kept.left_out, kept.lines)
 }
 
 #[cfg(test)]

@@ -54,6 +54,25 @@ pub(crate) fn trouble(text: fmt::Arguments<'_>) {
     }
 }
 
+/// The screen is gone: what was kept aside is written.
+#[cfg_attr(
+    any(not(feature = "screen"), target_family = "wasm"),
+    allow(dead_code, reason = "without a screen nothing is kept")
+)]
+pub(crate) fn end_aside() {
+    let (left_out, lines) = aside::end();
+    if left_out > 0 {
+        let _ = writeln!(io::stderr(), "({left_out} lines before these are left out)");
+    }
+    for (way, line) in lines {
+        match way {
+            aside::Way::Output => stdout::line(format_args!("{line}")),
+            // Where it cannot be written there is nobody to tell.
+            aside::Way::Error => drop(writeln!(io::stderr(), "{line}")),
+        }
+    }
+}
+
 /// Opens a record of a box to append to; that its disk has no locks is told.
 ///
 /// # Errors

@@ -15,8 +15,6 @@ const HEIGHT: f64 = 190.0;
 const EDGE: f64 = 560.0;
 const WORDS: f64 = 592.0;
 const LINE: f64 = 20.0;
-/// A mode within this part of a frequency is the one there.
-pub(super) const SAME: f64 = 0.05;
 
 /// A verdict in a word.
 pub(super) fn word(verdict: AmplitudeVerdict) -> &'static str {

@@ -1,13 +1,15 @@
 //! What a monitor said over a run, as the pictures and tables of its page need it, in
 //! memory that does not grow.
 
-use super::amplitude::SAME;
 use super::moment::{Moment, Moments};
 use crate::collect::News;
 use crate::record::{
     Alarm, AmplitudeRecord, AmplitudeVerdict, HistogramRecord, Line, Reason, SpeedSource, State,
 };
 use std::collections::BTreeMap;
+
+/// A mode within this part of a frequency is the one there.
+const SAME: f64 = 0.05;
 
 /// Alarms of which the page says more than that they were; the table ends there.
 pub(super) const ROWS: usize = 500;

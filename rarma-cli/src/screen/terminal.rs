@@ -2,7 +2,7 @@
 //! panics, or is ended.
 
 use crate::failure::Failure;
-use crate::output::{aside, failed};
+use crate::output::{self, aside, failed};
 use ratatui::Terminal;
 use ratatui::backend::CrosstermBackend;
 use ratatui::buffer::Buffer;
@@ -30,7 +30,7 @@ pub(super) fn restore() {
         // A terminal that is gone needs nothing back.
         let _ = execute!(io::stdout(), LeaveAlternateScreen, Show);
         let _ = disable_raw_mode();
-        aside::end();
+        output::end_aside();
     }
 }
 

@@ -2,6 +2,9 @@
 
 use crate::real::Real;
 
+/// Samples of the start-up's least squares at most.
+pub(super) const MOST: usize = 400;
+
 /// Which derivative of the prediction error drives the recursion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -109,7 +112,7 @@ impl<T: Real> Default for RarmaConfig<T> {
             gain: Gain::Covariance,
             forgetting: T::ONE,
             random_walk: T::ZERO,
-            start_samples: super::start::MOST as u32,
+            start_samples: MOST as u32,
             start_variance: T::from_f64(1e4),
             c_radius: T::from_f64(0.998),
             outlier_ratio: T::from_f64(25.0),
@@ -171,7 +174,7 @@ impl<T: Real> RarmaConfig<T> {
             Err(ConfigError::RandomWalk)
         } else if !(self.start_variance > T::ZERO) {
             Err(ConfigError::Variance)
-        } else if self.start_samples > super::start::MOST as u32 {
+        } else if self.start_samples > MOST as u32 {
             Err(ConfigError::StartSamples)
         } else if !within(self.c_radius, 0.5, 1.0) {
             Err(ConfigError::CRadius)

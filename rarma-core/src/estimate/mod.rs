@@ -7,15 +7,10 @@
 
 mod bounded;
 mod config;
-mod gradient;
-mod innovation;
 mod iv;
 mod rarma;
-mod readings;
-mod restart;
 mod running_whiteness;
 pub mod schur;
-mod start;
 mod state;
 mod status;
 

@@ -3,12 +3,14 @@
 //! Rate: [`Identifier::update`] once a decimated sample, one call of straight code for each
 //! order; what is read off it at the decision rate.
 
-use super::MAX_MODES;
 use crate::estimate::{RarmaConfig, RecursiveArma, Status};
 use crate::order::Order;
 use crate::real::Real;
 use crate::spectrum::{FactorTracker, ModalDeviation, Quadratic, Tracking, deviation, isolate};
 use crate::visit::{State, StateVisitor};
+
+/// Most modes that are read, and that a report holds: half the largest p.
+pub const MAX_MODES: usize = 4;
 
 /// A model and its roots, of one order.
 #[derive(Debug, Clone)]

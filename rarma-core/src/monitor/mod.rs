@@ -8,6 +8,7 @@ mod amplitude;
 mod blind;
 mod config;
 mod drift;
+mod feedback;
 mod identifier;
 mod pair;
 mod report;
@@ -18,9 +19,9 @@ mod verdict;
 
 pub use amplitude::AmplitudeReport;
 pub use config::{DECISION_PERIOD_S, LEAST_MEMORY, MonitorConfig, MonitorError};
-pub use identifier::Identifier;
+pub use identifier::{Identifier, MAX_MODES};
 pub use pair::{ALONE_CONFIRMATIONS, PairConfig, PairError, PairMonitor, PairReport};
-pub use report::{MAX_MODES, Report};
+pub use report::Report;
 pub use spindle::{SpeedSource, SpindleReport};
 
 use crate::condition::{BandFilter, Fault, Health, HealthCounts};

@@ -1,12 +1,10 @@
 //! What a monitor says at each decision.
 
 use super::amplitude::AmplitudeReport;
+use super::identifier::MAX_MODES;
 use super::spindle::SpindleReport;
 use crate::decide::{AlarmEvent, Label, Mode, Reason, State};
 use crate::real::Real;
-
-/// Most modes a report holds: half the largest p.
-pub const MAX_MODES: usize = 4;
 
 /// The verdict of one decision.
 #[derive(Debug, Clone, Copy, PartialEq)]

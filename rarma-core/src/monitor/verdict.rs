@@ -1,5 +1,6 @@
 //! The decision: modes read, explained, judged, and put into a word. Decision rate.
 
+use super::feedback::Feedback;
 use super::slot::{Slot, Surroundings};
 use super::{MAX_MODES, Monitor, Report};
 use crate::decide::{
@@ -90,7 +91,6 @@ impl<T: Real> Monitor<T> {
                 *place = self.read_mode(k);
             }
             self.judge_modes(&mut readings, &mut modes);
-            self.spindle.hear_modes(&modes, self.period_s);
             self.watch_lines(cutting);
         }
         let bad = !self.trusts_samples();
@@ -109,15 +109,9 @@ impl<T: Real> Monitor<T> {
         } else if self.alarm.standing().is_some() && self.fault_s > T::from_f64(ALARM_HOLD_S) {
             event = self.alarm.release();
         }
-        self.spindle.hold_standing(self.alarm.standing().is_some());
         let alarm_hz = self.alarm.standing().map(|standing| standing.frequency);
         if ready && !bad {
             self.amplitude.follow(&modes, alarm_hz, self.period_s);
-        }
-        if let AlarmEvent::Off { .. } = event {
-            for slot in &mut self.slots {
-                slot.clear();
-            }
         }
         let (state, reason) = match fault {
             Some(fault) if bad || self.alarm.standing().is_none() => {
@@ -152,7 +146,14 @@ impl<T: Real> Monitor<T> {
             amplitude: self.amplitude.report(),
             standing: standing.map(|s| (s.frequency, s.lowest_damping)),
         };
-        report.in_order(standing.map(|s| s.slot))
+        let report = report.in_order(standing.map(|s| s.slot));
+        let alarm_stands = standing.is_some();
+        self.hand_back(&Feedback {
+            modes: ready.then_some(&modes),
+            alarm_stands,
+            alarm_ended: matches!(event, AlarmEvent::Off { .. }),
+        });
+        report
     }
 
     /// Tells the lines the speed of the tacho; where nobody tells one, that of the comb that is

@@ -3,7 +3,6 @@
 //!
 //! Rate: a slice of the work once a decimated sample.
 
-use super::belief::Desk;
 use crate::condition::SlicedFft;
 use crate::real::Real;
 use crate::visit::{State, StateVisitor, state};
@@ -312,8 +311,8 @@ impl<T: Real> Frame<T> {
     }
 
     /// Room for work on a spectrum that is ready, until the next window begins.
-    pub(super) fn desk(&mut self) -> Desk<'_, T> {
-        Desk(self.fft.seconds())
+    pub(super) fn desk(&mut self) -> &mut [(T, T); HALF] {
+        self.fft.seconds()
     }
 
     /// Power of a bin of the band; none outside.

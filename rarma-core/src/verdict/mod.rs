@@ -34,7 +34,7 @@ pub use config::{Number, VerdictConfig, VerdictError, number};
 
 use crate::real::Real;
 use crate::visit::state;
-use belief::Belief;
+use belief::{Belief, Desk};
 use comb::Comb;
 use evidence::Weigher;
 pub use frame::HOP_S;
@@ -247,7 +247,7 @@ impl<T: Real> Verdict<T> {
             told_hz,
             listening,
             *resolution_hz,
-            &mut frame.desk(),
+            &mut Desk(frame.desk()),
         );
         *lines = Lines::BLANK;
         *tracks = Tracks::BLANK;

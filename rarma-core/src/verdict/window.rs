@@ -2,7 +2,7 @@
 //! of them the rotation makes, how steady they are, and the judgement.
 
 use super::Verdict;
-use super::belief::{Belief, sigmoid};
+use super::belief::{Belief, Desk, sigmoid};
 use super::frame::{HOP_S, decibel};
 use super::lines::{CANDIDATES, LINES};
 use crate::real::Real;
@@ -123,7 +123,7 @@ impl<T: Real> Verdict<T> {
                     if self.comb.is_settling() {
                         self.belief.go_along();
                     }
-                    self.belief.settle(&mut self.frame.desk());
+                    self.belief.settle(&mut Desk(self.frame.desk()));
                 }
                 Stage::Forced(0)
             }
@@ -213,7 +213,7 @@ impl<T: Real> Verdict<T> {
                 sum += *weight;
             }
             self.belief
-                .hear(line.f_hz, weight, sum, &mut self.frame.desk());
+                .hear(line.f_hz, weight, sum, &mut Desk(self.frame.desk()));
         }
         Stage::Hear(k + 1)
     }
@@ -226,7 +226,7 @@ impl<T: Real> Verdict<T> {
             let track = self.tracks.of(k);
             let weight = self.weights[k.min(LINES - 1)];
             let is_called = self.caller.would_call(track.evidence);
-            let desk = &mut self.frame.desk();
+            let desk = &mut Desk(self.frame.desk());
             let odds = self.belief.forced(line.f_hz, weight, track.age_s, desk);
             let odds = track.forced(odds, is_called);
             (sigmoid(odds), odds)

@@ -1,7 +1,7 @@
 //! Covariances between channels, of the whole record and of each of its stretches.
 
+use super::config::SubspaceConfig;
 use super::error::ChannelError;
-use super::subspace::SubspaceConfig;
 use crate::series::dot;
 use alloc::vec;
 use alloc::vec::Vec;

@@ -22,6 +22,7 @@
 //! Words: *reference*, a channel that the others are correlated with; *shape*, what the channels
 //! show of a mode, complex, the largest of them 1.
 
+mod config;
 mod error;
 mod hankel;
 mod modes;
@@ -32,10 +33,11 @@ mod subspace;
 #[cfg(test)]
 mod tests;
 
+pub use config::SubspaceConfig;
 pub use error::ChannelError;
 pub use recursive::{
     ChannelStatus, ChannelStep, MOST_CHANNELS, MOST_PARAMETERS, RecursiveChannels, SharedMode,
     SharedPart, Weights,
 };
 pub use shape::{ChannelMode, ShapePart, mac};
-pub use subspace::{Subspace, SubspaceConfig};
+pub use subspace::Subspace;

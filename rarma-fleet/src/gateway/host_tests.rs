@@ -1,8 +1,9 @@
 //! A host that hears what it should not, and too little, and twice.
 
 use super::super::journal::Kept;
-use super::super::metrics::{Value, data};
+use super::super::metrics::data;
 use super::super::session::Session;
+use super::super::value::Value;
 use super::*;
 use proptest::prelude::*;
 

@@ -4,6 +4,7 @@
 //! Aliases are unique over the node and its devices: the node's begin at 1, those of box k (from 0)
 //! at 64·(k + 1). `bdSeq` and `Node Control/Rebirth` have none, as the specification asks.
 
+use super::value::Value;
 use srad_types::payload::{DataType, Metric, metric};
 use srad_types::{PropertySet, payload};
 
@@ -18,19 +19,6 @@ pub enum Type {
     Count,
     /// Yes or no.
     Flag,
-}
-
-/// A value; none of a metric that is null.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Value {
-    /// UTF-8.
-    Text(String),
-    /// A double.
-    Number(f64),
-    /// A count.
-    Count(u64),
-    /// Yes or no.
-    Flag(bool),
 }
 
 /// One metric of the table.

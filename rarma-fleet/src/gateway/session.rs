@@ -8,7 +8,8 @@
 //!   STATE offline, not older than the online one: NDEATH, and off the broker
 //! ```
 
-use super::metrics::{self, NODE, REBIRTH, Value};
+use super::metrics::{self, NODE, REBIRTH};
+use super::value::Value;
 use super::words::shortened;
 use srad_types::constants::BDSEQ;
 use srad_types::payload::{DataType, Message, Metric, Payload, metric};

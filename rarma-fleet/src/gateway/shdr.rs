@@ -7,8 +7,9 @@
 //! ```
 
 use super::boxes::Shared;
-use super::metrics::{OfBox, Value};
+use super::metrics::OfBox;
 use super::notices::Notices;
+use super::value::Value;
 use crate::record::{Name, Utc};
 use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream};

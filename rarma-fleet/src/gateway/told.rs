@@ -6,7 +6,7 @@
 //! makes a command that changes anything. A broker in the wrong hands can make a box mask the wrong
 //! lines; it cannot energise anything.
 
-use super::metrics::Value;
+use super::value::Value;
 use super::words::shortened;
 use crate::record::Name;
 use rarma_box::guard::Mode;

@@ -15,6 +15,7 @@ mod sqlite;
 mod sums;
 mod tables;
 mod thin;
+mod value;
 mod way;
 
 pub use ask::{AdviceCount, AlarmCount, By, Contents, Machine, MachineReading, Span, StateTime};

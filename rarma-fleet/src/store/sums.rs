@@ -4,8 +4,8 @@
 //! A database without transactions keeps none: there the same rows are made of the records each time they
 //! are asked ([`asked`]), which a database by columns does well.
 
-use super::backend::{Rows, Value};
 use super::tables::table;
+use super::value::{Rows, Value};
 use std::collections::BTreeMap;
 
 /// Rows that stand in the way of nothing: added to what is there.

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::record::Utc;
-use crate::trends::series::of_machine;
+use crate::trends::gathered;
 
 fn reading(day: i64, quantity: Quantity, place: &str, at: f64, value: f64) -> MachineReading {
     let start: Utc = "2026-01-01T00:00:00Z".parse().unwrap();
@@ -30,7 +30,7 @@ fn sorted(mut all: Vec<MachineReading>) -> Vec<MachineReading> {
 }
 
 fn of(kind: SeriesKind, all: Vec<MachineReading>) -> Vec<Series> {
-    let mut found = of_machine(&sorted(all));
+    let mut found = gathered(&sorted(all));
     found.retain(|s| s.kind == kind);
     found
 }
@@ -88,7 +88,7 @@ fn a_squareness_that_holds_the_servo_mismatch_is_not_compared() {
             1.0,
         ));
     }
-    let found = of_machine(&sorted(all));
+    let found = gathered(&sorted(all));
     let kinds: Vec<(SeriesKind, usize)> = found.iter().map(|s| (s.kind, s.tests.len())).collect();
     assert_eq!(
         kinds,

@@ -28,6 +28,7 @@ pub mod noise;
 pub mod series;
 mod white;
 
+use crate::record::Quantity;
 use crate::store::MachineReading;
 use change::Change;
 use forecast::Forecast;
@@ -76,6 +77,31 @@ pub struct Trends {
     pub machines: Vec<MachineTrend>,
 }
 
+/// Series of the readings of one machine.
+fn gathered(readings: &[MachineReading]) -> Vec<Series> {
+    let mut all = Vec::new();
+    for of_place in readings.chunk_by(|a, b| a.place == b.place) {
+        for of_quantity in of_place.chunk_by(|a, b| a.quantity == b.quantity) {
+            match of_quantity[0].quantity {
+                Quantity::Compliance => all.extend(series::plane(of_quantity)),
+                Quantity::Hysteresis => all.extend(geometry::loops(of_quantity)),
+                Quantity::LimitWidth => all.extend(series::limit(of_quantity)),
+                _ => {}
+            }
+        }
+    }
+    all.extend(series::modes(readings));
+    all.extend(geometry::errors(readings));
+    // A change needs a before and an after.
+    all.retain(|s| s.tests.len() >= 4);
+    all.sort_by(|a, b| {
+        (a.kind, &a.place)
+            .cmp(&(b.kind, &b.place))
+            .then(a.at.total_cmp(&b.at))
+    });
+    all
+}
+
 /// Trends of readings, sorted as [`crate::store::Store::readings`] gives them.
 #[must_use]
 pub fn trends(readings: &[MachineReading], config: &TrendsConfig) -> (Trends, Vec<Series>) {
@@ -83,7 +109,7 @@ pub fn trends(readings: &[MachineReading], config: &TrendsConfig) -> (Trends, Ve
         .chunk_by(|a, b| a.machine == b.machine)
         .collect::<Vec<_>>()
         .par_iter()
-        .flat_map(|of_machine| series::of_machine(of_machine))
+        .flat_map(|of_machine| gathered(of_machine))
         .collect();
     let noise = noise::of_plant(&all);
     let memory = forecast::memory(&all, &noise);

@@ -1,6 +1,5 @@
 //! Readings to series: one number a test, or the three of a plane.
 
-use super::geometry;
 use crate::record::{Quantity, Utc};
 use crate::store::MachineReading;
 use nalgebra::{Matrix3, Vector3};
@@ -114,31 +113,6 @@ impl Series {
 /// Farthest that a mode may be from where it was, as a part of its frequency, to be the same.
 const SAME_MODE: f64 = 0.08;
 
-/// Series of the readings of one machine.
-pub(super) fn of_machine(readings: &[MachineReading]) -> Vec<Series> {
-    let mut all = Vec::new();
-    for of_place in readings.chunk_by(|a, b| a.place == b.place) {
-        for of_quantity in of_place.chunk_by(|a, b| a.quantity == b.quantity) {
-            match of_quantity[0].quantity {
-                Quantity::Compliance => all.extend(plane(of_quantity)),
-                Quantity::Hysteresis => all.extend(geometry::loops(of_quantity)),
-                Quantity::LimitWidth => all.extend(limit(of_quantity)),
-                _ => {}
-            }
-        }
-    }
-    all.extend(modes(readings));
-    all.extend(geometry::errors(readings));
-    // A change needs a before and an after.
-    all.retain(|s| s.tests.len() >= 4);
-    all.sort_by(|a, b| {
-        (a.kind, &a.place)
-            .cmp(&(b.kind, &b.place))
-            .then(a.at.total_cmp(&b.at))
-    });
-    all
-}
-
 /// Readings test by test.
 pub(super) fn by_test(readings: &[MachineReading]) -> Vec<Vec<&MachineReading>> {
     let mut tests: BTreeMap<_, Vec<&MachineReading>> = BTreeMap::new();
@@ -194,7 +168,7 @@ pub(super) fn tensor(rays: &[&MachineReading]) -> Option<Vector3<f64>> {
 }
 
 /// The compliance of a plane. A test that does not determine its tensor is left out.
-fn plane(readings: &[MachineReading]) -> Option<Series> {
+pub(super) fn plane(readings: &[MachineReading]) -> Option<Series> {
     let tests: Vec<Test> = (by_test(readings).iter())
         .filter_map(|rays| {
             let x = tensor(rays)?;
@@ -206,7 +180,7 @@ fn plane(readings: &[MachineReading]) -> Option<Series> {
 
 /// The limit in the direction that is the worst in the mean over all tests, with the one opposite: the least of
 /// twelve noisy ones would be too low by their noise.
-fn limit(readings: &[MachineReading]) -> Option<Series> {
+pub(super) fn limit(readings: &[MachineReading]) -> Option<Series> {
     let tests = by_test(readings);
     let mut sums: BTreeMap<i64, (f64, f64)> = BTreeMap::new();
     let axis = |r: &MachineReading| {
@@ -243,7 +217,7 @@ struct Track {
 
 /// Modes told apart from test to test: each goes to the nearest that is followed, within 8 % of where that was
 /// last; a mode that nobody expects begins a new one.
-fn modes(readings: &[MachineReading]) -> Vec<Series> {
+pub(super) fn modes(readings: &[MachineReading]) -> Vec<Series> {
     let mut places: BTreeMap<&str, Vec<MachineReading>> = BTreeMap::new();
     for reading in readings {
         if matches!(reading.quantity, Quantity::Frequency | Quantity::Damping) {

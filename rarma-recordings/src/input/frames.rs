@@ -1,7 +1,7 @@
 //! Records of a box (`.frames`): the raw samples of one of their streams, as they come.
 
+use super::blocks::{Begin, Blocks, End};
 use super::bytes::Bytes;
-use super::stream::{Begin, Blocks, End};
 use super::{InputError, Problem};
 use crate::frame_reader::FrameReader;
 use crate::raw_streams::{Piece, RawStreams, Stream, value};

@@ -20,6 +20,7 @@
 //!
 //! Those of phones need the feature `codecs`, which is on unless switched off.
 
+mod blocks;
 mod bytes;
 mod circle;
 mod circle_data;
@@ -46,6 +47,7 @@ mod until;
 mod wav;
 mod whole;
 
+pub use blocks::{Begin, Blocks, End, Known, Raw};
 pub use circle::{Circles, read_circles};
 pub use circle_data::{Conditions, RunData, Static};
 pub use circle_write::circle_file;
@@ -56,7 +58,7 @@ pub use load_steps::{LoadStep, read_load_steps};
 pub(crate) use receptance::exponent;
 pub use receptance::{Function, Plane, Role, merge, read_receptances, write_uff};
 pub use speed::Speeds;
-pub use stream::{Begin, Blocks, End, Known, Raw, Stream};
+pub use stream::Stream;
 pub use structure::read as read_structure;
 pub use time::RATES_HZ;
 pub use until::{Stall, Until};

@@ -1,7 +1,7 @@
 //! Raw little-endian samples: no header, so the rate comes from the caller.
 
+use super::blocks::{Begin, Blocks, End};
 use super::bytes::Bytes;
-use super::stream::{Begin, Blocks, End};
 use super::{InputError, Problem, no_channel};
 
 /// Kind of one number.

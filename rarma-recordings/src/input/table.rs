@@ -12,8 +12,8 @@
 //! are split here and not by the `csv` crate, which passes over empty lines: in
 //! a recording an empty line is a sample that is missing, and has to be named.
 
+use super::blocks::{Begin, Blocks, End};
 use super::bytes::Bytes;
-use super::stream::{Begin, Blocks, End};
 use super::time::{TimeColumn, is_rate, resolution_of};
 use super::{InputError, Problem, no_channel};
 

@@ -1,10 +1,10 @@
 //! Recordings in universal files: datasets 58 and 58b over time, each a channel.
 
+use super::blocks::{Begin, Blocks, End};
 use super::bytes::Bytes;
 use super::receptance::uff_numbers::{
     Cursor, columns, cut_short, each_dataset, field, number, whole,
 };
-use super::stream::{Begin, Blocks, End};
 use super::whole::MOST_TABLE;
 use super::{InputError, Problem, no_channel};
 

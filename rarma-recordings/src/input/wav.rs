@@ -8,9 +8,9 @@
 //! notice. RF64 (the form for more than 4 GB) is read as well. A pipe has no length: a
 //! size that a streaming writer may have left there is not believed.
 
+use super::blocks::{Begin, Blocks, End};
 use super::bytes::Bytes;
 use super::content::Content;
-use super::stream::{Begin, Blocks, End};
 use super::{InputError, Problem, no_channel, rate_of};
 
 const PCM: u16 = 1;

@@ -35,16 +35,6 @@ pub struct Geometry<T> {
     pub saturation_t: T,
 }
 
-/// Force of an axis about a point of work, for design only: a reconstruction by these is off
-/// by −24 % at 50 µm from the centre (a test holds the figure). Use [`AxisForce`](super::AxisForce).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Linear<T> {
-    /// ∂F/∂i_c, N/A, for i₁ = i₀ + i_c and i₂ = i₀ − i_c.
-    pub per_ampere: T,
-    /// ∂F/∂x, N/m, positive: away from the centre.
-    pub per_metre: T,
-}
-
 impl<T: Real> Geometry<T> {
     /// 100 turns on 100 mm², 150 µm gap, 22.5°, ideal iron, no leakage.
     pub fn textbook() -> Self {

@@ -28,7 +28,7 @@ mod spectra;
 
 pub use calibration::{Calibration, CalibrationConfig, ForcePair, calibrate};
 pub use current::{Drive, Regulator, RegulatorConfig, RegulatorError, Tuning};
-pub use design::{Geometry, Linear, MU_0};
+pub use design::{Geometry, MU_0};
 pub use eddy::Eddy;
 pub use error::CersError;
 pub use excitation::{
@@ -39,7 +39,7 @@ pub use exciter::{
     BLOCKS, Block, Direction, ExcitationJob, JobField, LineCollector, LineResponse, OutOfReach,
     Reach, Seen, SensorPath, Signal, Source,
 };
-pub use force::{AxisForce, Force, Magnet, TRUSTED_PART};
+pub use force::{AxisForce, Force, Linear, Magnet, TRUSTED_PART};
 pub use frf::{Frf, FrfLine, Path, Quantity, Window};
 pub use orders::remove_orders;
 pub use schedule::GapSchedule;

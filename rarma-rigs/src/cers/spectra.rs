@@ -3,7 +3,6 @@
 //! Rate: slow path, once a block.
 
 use super::error::CersError;
-use super::excitation::Lines;
 use crate::els::Complex;
 use rarma_core::condition::SlicedFft;
 use rarma_core::real::Real;
@@ -82,7 +81,7 @@ impl<T: Real, const M: usize> RealFft<T, M> {
     /// lines only.
     pub(super) fn exchange_phases(
         &mut self,
-        lines: &Lines<T>,
+        lines: impl Iterator<Item = usize>,
         period: &[T],
         work: &mut [T],
     ) -> Result<(), CersError> {
@@ -91,7 +90,7 @@ impl<T: Real, const M: usize> RealFft<T, M> {
         phases.analyse(work)?;
         work.fill(T::ZERO);
         let scale = T::ONE / T::from_u32(M as u32);
-        for k in lines.iter() {
+        for k in lines {
             let (size, turn) = (self.bin(k).abs(), phases.bin(k));
             let length = turn.abs();
             let line = if length > T::ZERO {

@@ -3,7 +3,7 @@
 use super::record::CersRecord;
 use super::response::{Cleaned, Response, Sensor, principal_angle, response, turned};
 use super::table_3::{self, Printed};
-use super::time;
+use super::time::{self, Read};
 use rarma_rigs::els::{AgreedMode, Complex, Reading, agreed, fit_modes};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -22,19 +22,6 @@ const LOOSE: f64 = 0.2;
 const PARTS: usize = 8;
 /// A mode of one method is that of another if they are this close, relatively.
 const SAME: f64 = 0.025;
-
-/// A mode as one method reads it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Read {
-    /// Undamped natural frequency, Hz.
-    pub f: f64,
-    /// Its standard deviation, Hz.
-    pub f_sd: f64,
-    /// Damping ratio.
-    pub zeta: f64,
-    /// Its standard deviation.
-    pub zeta_sd: f64,
-}
 
 /// A mode of a direction with what each method says of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]

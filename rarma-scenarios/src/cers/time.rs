@@ -1,6 +1,5 @@
 //! Modes from the record itself: with the force known, and from the response alone.
 
-use super::modes::Read;
 use super::record::CersRecord;
 use super::response::Cleaned;
 use crate::banded;
@@ -8,6 +7,20 @@ use rarma_core::condition::Band;
 use rarma_core::spectrum::{FactorTracker, Roots, modal};
 use rarma_fit::{ArxOrder, Pem, PemConfig, arx_instruments};
 use rarma_rigs::els::{Reading, agreed};
+use serde::Serialize;
+
+/// A mode as one method reads it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Read {
+    /// Undamped natural frequency, Hz.
+    pub f: f64,
+    /// Its standard deviation, Hz.
+    pub f_sd: f64,
+    /// Damping ratio.
+    pub zeta: f64,
+    /// Its standard deviation.
+    pub zeta_sd: f64,
+}
 
 /// Orders tried with the force known.
 const ARX: [usize; 2] = [24, 30];

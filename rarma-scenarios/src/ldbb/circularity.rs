@@ -5,50 +5,12 @@
 //! cause counts by the range of what it alone adds to the length of the bar, all round and in
 //! both directions: the circular deviation of a machine that had no other error.
 
-use super::evaluate::{AtForce, Options};
+use super::errors::{AtForce, Cause, Circularity, OneWay};
+use super::options::Options;
 use rarma_rigs::ldbb::{Circle, Deviation, MAX_TERMS, Sense, Terms};
-use serde::Serialize;
 
 /// Degrees between two angles at which a cause is evaluated.
 const STEP_DEG: f64 = 0.5;
-
-/// Deviations of one direction, µm.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct OneWay {
-    /// Circular deviation G: distance of the two concentric circles that hold the path, about
-    /// the centre that makes it smallest.
-    pub g_um: f64,
-    /// Largest radial deviation F from the nominal radius, about the least-squares centre; means
-    /// something with a calibrated length only.
-    pub f_max_um: f64,
-    /// Smallest, likewise.
-    pub f_min_um: f64,
-}
-
-/// Deviations of a circle, µm.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Circularity {
-    /// Counter-clockwise; null if it was not run.
-    pub ccw: Option<OneWay>,
-    /// Clockwise, likewise.
-    pub cw: Option<OneWay>,
-    /// Bidirectional circular deviation G(b): both paths in one pair of circles; null for one
-    /// direction.
-    pub g_b_um: Option<f64>,
-    /// Mean bidirectional radial deviation D; null for one direction.
-    pub d_um: Option<f64>,
-}
-
-/// A machine error, and what it does to the circle.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Cause {
-    /// Which, with its axis.
-    pub name: String,
-    /// Circular deviation that it alone makes, µm.
-    pub um: f64,
-    /// That over the sum of all causes', 0 to 1.
-    pub share: f64,
-}
 
 impl From<&Deviation<f64>> for OneWay {
     fn from(d: &Deviation<f64>) -> Self {

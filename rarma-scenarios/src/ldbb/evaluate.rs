@@ -1,6 +1,8 @@
 //! A test to its findings.
 
-use super::circularity::{Cause, Circularity, causes};
+use super::circularity::causes;
+use super::errors::{AtForce, Circularity, With};
+use super::options::Options;
 use super::runs::steps;
 use super::steady::steadied;
 use super::stiffness::{AllRound, Cycle, all_round, moving_cycles, static_cycles, trace};
@@ -10,103 +12,6 @@ use rarma_rigs::ldbb::{
     bidirectional, circular_deviation, spikes,
 };
 use serde::Serialize;
-
-/// What is known beside the readings.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Options {
-    /// Compliance of the bar and its joints, m/N.
-    pub bar_m_per_n: f64,
-    /// Highest order of the smoothing, 0 to 6.
-    pub order: usize,
-    /// Standard deviation of the force's gain, part of it.
-    pub scale_sd: f64,
-    /// Pitch of a cyclic error that is sought, m; 0: none.
-    pub pitch_m: f64,
-    /// Radius of the circle, m, and feed, m/s.
-    pub radius_m: f64,
-    /// See [`Self::radius_m`].
-    pub feed_m_s: f64,
-    /// Names of the plane's axes.
-    pub axes: [&'static str; 2],
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            bar_m_per_n: 0.0,
-            order: 6,
-            scale_sd: 0.0,
-            pitch_m: 0.0,
-            radius_m: 0.15,
-            feed_m_s: 1.0 / 60.0,
-            axes: ["X", "Y"],
-        }
-    }
-}
-
-/// A value and its standard deviation, in the unit its field says.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct With {
-    /// Value.
-    pub value: f64,
-    /// Standard deviation.
-    pub sd: f64,
-}
-
-impl With {
-    fn scaled(m: Measured<f64>, factor: f64) -> Self {
-        Self {
-            value: factor * m.value,
-            sd: factor.abs() * m.sd,
-        }
-    }
-}
-
-/// Machine errors at one force; µm, µrad, ms.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct AtForce {
-    /// Force in the plane, N.
-    pub force_n: f64,
-    /// Runs it is made of.
-    pub runs: Vec<u32>,
-    /// Centre.
-    pub centre_um: [With; 2],
-    /// Travel of the first axis less that of the second.
-    pub scale_mismatch_um: With,
-    /// Squareness.
-    pub squareness_urad: With,
-    /// One direction: the squareness holds the servo mismatch as well.
-    pub squareness_includes_servo: bool,
-    /// Straightness of both axes; null for part of a circle.
-    pub straightness_um: Option<[With; 2]>,
-    /// Backlash of both axes; null for part of a circle.
-    pub backlash_um: Option<[With; 2]>,
-    /// Lateral play of both axes; null for one direction.
-    pub lateral_play_um: Option<[With; 2]>,
-    /// Servo mismatch; null for one direction.
-    pub servo_mismatch_ms: Option<With>,
-    /// Cyclic error of both axes; null if none was sought.
-    pub cyclic_um: Option<[With; 2]>,
-    /// Heights of the spikes after 0°, 90°, 180°, 270°, by direction; null for part of a
-    /// circle.
-    pub spikes_um: Vec<(&'static str, [f64; 4])>,
-    /// Scatter about the fit.
-    pub scatter_um: f64,
-    /// Condition of the fit.
-    pub condition: f64,
-    /// Circular deviation about the least-squares centre, and the least one there is.
-    pub circular_um: f64,
-    /// See [`Self::circular_um`].
-    pub circular_least_um: f64,
-    /// Deviations of each direction and of both together.
-    pub circularity: Circularity,
-    /// Which errors make it, the largest first.
-    pub causes: Vec<Cause>,
-    /// Distance of the two directions; null for one.
-    pub hysteresis_um: Option<f64>,
-    /// Where, degrees.
-    pub hysteresis_at_deg: Option<f64>,
-}
 
 /// Everything.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -1,6 +1,6 @@
 //! Runs whose force goes on while the machine moves, brought to one force a step.
 
-use super::evaluate::Options;
+use super::options::Options;
 use super::runs::steps;
 use super::stiffness::rising_map;
 use rarma_recordings::input::RunData;

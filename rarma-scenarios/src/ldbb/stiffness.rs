@@ -1,6 +1,6 @@
 //! Stiffness all round: raw, smoothed, with its extremes; from standing axes too.
 
-use super::evaluate::Options;
+use super::options::Options;
 use super::runs::steps;
 use rarma_recordings::input::{RunData, Static};
 use rarma_rigs::ldbb::{Harmonics, LdbbError, LoadCycle, StiffnessMap, Trace};

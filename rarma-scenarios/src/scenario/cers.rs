@@ -2,7 +2,7 @@
 //!
 //! What the rig may not do is refused here, before a coil is energised even in simulation.
 
-use super::cers_parts::{Known, excitation, magnets, spindle};
+use super::cers_parts::{Calibrated, Known, excitation, magnets, spindle};
 use super::file;
 use super::reader::{Allowed, Refusal, Section};
 use crate::cers::{Commands, Drive, needed_volts};
@@ -25,15 +25,6 @@ pub const SHIPPED_CERS: [(&str, &str); 3] = [
 
 /// Largest part of a period that a switch may be on.
 pub const MOST_DUTY: f64 = 0.95;
-
-/// How the magnets' constants are found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Calibrated {
-    /// Forty pairs of current and force at five gaps, on a bench.
-    Points,
-    /// From the drawing.
-    Drawing,
-}
 
 /// A measurement and the rig it is made on.
 #[derive(Debug, Clone, PartialEq)]

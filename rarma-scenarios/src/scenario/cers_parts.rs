@@ -1,8 +1,16 @@
 //! The sections `[excitation]`, `[spindle]` and `[magnets]` of a measurement.
 
-use super::cers::Calibrated;
 use super::reader::{Allowed, Refusal, Section};
 use crate::cers::{Drive, Signal};
+
+/// How the magnets' constants are found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Calibrated {
+    /// Forty pairs of current and force at five gaps, on a bench.
+    Points,
+    /// From the drawing.
+    Drawing,
+}
 
 pub(super) fn excitation(s: &mut Section<'_>) -> Result<Drive, Refusal> {
     let d = Drive::default();

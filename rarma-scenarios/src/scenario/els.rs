@@ -1,6 +1,6 @@
 //! Systems of `rarma els`: TOML files beside the scenarios, read the same way.
 
-use super::els_parts::{cut, link, ring, segment};
+use super::els_parts::{STIFFNESS, cut, link, ring, segment};
 use super::file;
 use super::reader::{Allowed, Refusal, Section};
 use super::shared::{MM, N_PER_UM};
@@ -83,7 +83,6 @@ pub fn els_schema() -> Value {
     schema
 }
 
-pub(super) const STIFFNESS: Allowed = Allowed::within(1e-6, 1e6);
 /// Nodes of a system at most: five coordinates each, in dense matrices.
 const MOST_NODES: usize = 100;
 const PER_NODE: f64 = 5.0;

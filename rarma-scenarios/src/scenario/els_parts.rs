@@ -1,6 +1,5 @@
 //! The parts of a system: stretches, rings, the link, the cut.
 
-use super::els::STIFFNESS;
 use super::reader::{Allowed, Refusal, Section};
 use super::shared::{LENGTH_MM, MM, N_PER_MM2, N_PER_UM};
 use hal_sim::plant::els::beam::{Material, Segment};
@@ -8,6 +7,7 @@ use hal_sim::plant::els::link::{Link, LinkLaw};
 use hal_sim::plant::els::ring::{Elliptic, Ring};
 use rarma_rigs::els::CutConfig;
 
+pub(super) const STIFFNESS: Allowed = Allowed::within(1e-6, 1e6);
 const LOSS: Allowed = Allowed::within(0.0, 1.0);
 const ANGLE_DEG: Allowed = Allowed::within(-360.0, 360.0);
 const ROTARY: Allowed = Allowed::within(0.0, 1e7);

@@ -21,9 +21,8 @@ mod value;
 mod work;
 
 pub use at_work::{AtWork, BOX_SHIPPED, box_schema, load_box, parse_box};
-pub use cers::{
-    Calibrated, CersScenario, MOST_DUTY, SHIPPED_CERS, cers_schema, load_cers, parse_cers,
-};
+pub use cers::{CersScenario, MOST_DUTY, SHIPPED_CERS, cers_schema, load_cers, parse_cers};
+pub use cers_parts::Calibrated;
 pub use cers_record::{parse_record, read_cers, record_schema};
 pub use els::{ElsScenario, SHIPPED_ELS, els_schema, load_els, parse_els};
 pub use ldbb::{LdbbScenario, SHIPPED_LDBB, ldbb_schema, load_ldbb, parse_ldbb};

@@ -1,10 +1,11 @@
 //! Who imports whom: the folders of the workspace by their manifests, the modules of one folder by the
-//! `crate::` paths in their code.
+//! paths in their code.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::paths::{self, Named};
 use crate::{Failure, Result};
 
 /// What each room imports.
@@ -31,11 +32,15 @@ impl Graph {
                 .get("package")
                 .and_then(|package| package.get("name"))
                 .and_then(toml::Value::as_str);
-            let dependencies = manifest
-                .get("dependencies")
-                .and_then(toml::Value::as_table)
-                .map(|table| table.keys().cloned().collect())
-                .unwrap_or_default();
+            let mut dependencies = BTreeSet::new();
+            let targets = manifest.get("target").and_then(toml::Value::as_table);
+            let of_targets = targets
+                .iter()
+                .flat_map(|all| all.values().filter_map(toml::Value::as_table));
+            for part in core::iter::once(&manifest).chain(of_targets) {
+                let table = part.get("dependencies").and_then(toml::Value::as_table);
+                dependencies.extend(table.iter().flat_map(|table| table.keys().cloned()));
+            }
             folders.insert(name.unwrap_or(folder).to_owned(), dependencies);
         }
         let mut graph = Self(folders);
@@ -46,29 +51,33 @@ impl Graph {
         Ok(graph)
     }
 
-    /// Of the modules at the top of a folder's `src`; tests do not count.
-    ///
-    /// # Errors
-    /// When a file cannot be read.
-    pub fn of_modules(source: &Path) -> Result<Self> {
+    /// Of the modules that lie in `folder` (none: at the top) of a package's code, with what lies in them; tests do not
+    /// count.
+    pub fn of_modules(code: &Modules, folder: &[String]) -> Self {
+        let depth = folder.len();
         let mut graph = Self::default();
-        let files = files(source)?;
-        let known: BTreeSet<String> = files.iter().filter_map(|f| module(source, f)).collect();
-        for file in &files {
-            let Some(own) = module(source, file) else {
+        for module in code
+            .known
+            .iter()
+            .filter(|m| m.len() > depth && m.starts_with(folder))
+        {
+            graph.0.entry(module[depth].clone()).or_default();
+        }
+        for (module, imports) in &code.imports {
+            let Some(own) = module.get(depth).filter(|_| module.starts_with(folder)) else {
                 continue;
             };
-            let imports = graph.0.entry(own.clone()).or_default();
-            if file.to_string_lossy().ends_with("tests.rs") {
-                continue;
-            }
-            for name in named(&read(file)?) {
-                if name != own && known.contains(&name) {
-                    imports.insert(name);
-                }
-            }
+            let others = imports.iter().filter(|import| import.starts_with(folder));
+            let others = others
+                .filter_map(|import| import.get(depth))
+                .filter(|other| *other != own);
+            graph
+                .0
+                .entry(own.clone())
+                .or_default()
+                .extend(others.cloned());
         }
-        Ok(graph)
+        graph
     }
 
     /// Rooms that import each other, by whatever way round.
@@ -153,37 +162,148 @@ fn manifest(path: &Path) -> Result<toml::Table> {
         .map_err(|why| Failure::new(format!("{} is no manifest", path.display())).because(why))
 }
 
-/// The module at the top that a file belongs to; none for `lib.rs`, programs and the prelude.
-fn module(source: &Path, file: &Path) -> Option<String> {
-    let inside = file.strip_prefix(source).ok()?;
-    let first = inside.components().next()?.as_os_str().to_str()?;
-    let name = first.trim_end_matches(".rs");
-    let is_none = ["lib", "main", "bin", "prelude"].contains(&name);
-    (!is_none).then(|| name.to_owned())
+/// The modules of a package's code, and which others each of them names.
+#[derive(Debug, Clone, Default)]
+pub struct Modules {
+    known: BTreeSet<Module>,
+    imports: BTreeMap<Module, BTreeSet<Module>>,
 }
 
-/// The first names of all `crate::` paths.
-fn named(text: &str) -> BTreeSet<String> {
-    let code = without_tests(text);
-    let mut found = BTreeSet::new();
-    for (at, start) in code.match_indices("crate::") {
-        // Not the end of another word, like `super_crate::`.
-        let before = code[..at].chars().next_back();
-        if before.is_some_and(|c| c.is_alphanumeric() || c == '_') {
-            continue;
+/// A module by the names that lead to it.
+type Module = Vec<String>;
+
+impl Modules {
+    /// Of a package's `src`. Programs and the prelude are none.
+    ///
+    /// # Errors
+    /// When a file cannot be read.
+    pub fn read(source: &Path) -> Result<Self> {
+        let mut named = BTreeMap::new();
+        for file in files(source)? {
+            if let Some(module) = module(source, &file) {
+                let is_test = file.to_string_lossy().ends_with("tests.rs");
+                let code = if is_test {
+                    String::new()
+                } else {
+                    without_tests(&read(&file)?)
+                };
+                named.insert(module, paths::named(&code));
+            }
         }
-        let rest = &code[at + start.len()..];
-        let several = rest.strip_prefix('{').map(|list| {
-            let end = list.find('}').unwrap_or(list.len());
-            list[..end].split(',').collect::<Vec<_>>()
-        });
-        for path in several.unwrap_or_else(|| vec![rest]) {
-            let path = path.trim_start();
-            let end = path.find(|c: char| !(c.is_alphanumeric() || c == '_'));
-            found.insert(path[..end.unwrap_or(path.len())].to_owned());
-        }
+        Ok(Self::of(&named))
     }
-    found
+
+    fn of(named: &BTreeMap<Module, Vec<Named>>) -> Self {
+        let mut modules = Self::default();
+        for module in named.keys() {
+            modules
+                .known
+                .extend((0..=module.len()).map(|n| module[..n].to_vec()));
+        }
+        // What a module gives on of another is that of the other.
+        let mut given_on = BTreeMap::new();
+        let mut whole: BTreeMap<&Module, BTreeSet<Module>> = BTreeMap::new();
+        for (module, paths) in named {
+            for path in paths {
+                let Some(target) = modules.absolute(module, &path.path) else {
+                    continue;
+                };
+                if let (true, Some(name)) = (path.given_on, target.last()) {
+                    let seen: Module = module.iter().chain([name]).cloned().collect();
+                    given_on.insert(seen, target.clone());
+                }
+                whole.entry(module).or_default().insert(target);
+            }
+        }
+        for (module, targets) in whole {
+            let found = targets
+                .iter()
+                .map(|target| modules.home(target, &given_on, 5))
+                .collect();
+            modules.imports.insert(module.clone(), found);
+        }
+        modules
+    }
+
+    /// Folders that hold modules, each by the names that lead to it.
+    pub fn folders(&self) -> BTreeSet<Vec<String>> {
+        self.known
+            .iter()
+            .filter_map(|module| module.split_last())
+            .map(|(_, folder)| folder.to_vec())
+            .collect()
+    }
+
+    /// Modules of one folder that import each other, by whatever way round; `folder: a, b`.
+    pub fn circles(&self) -> Vec<String> {
+        let of = |folder: Vec<String>| {
+            let circles = Graph::of_modules(self, &folder).circles();
+            let name = folder.join("/");
+            circles
+                .into_iter()
+                .map(move |circle| format!("{name}: {}", circle.join(", ")))
+        };
+        self.folders().into_iter().flat_map(of).collect()
+    }
+
+    /// A path from the root of the package; none where it begins with something else than its modules.
+    fn absolute(&self, module: &Module, path: &[String]) -> Option<Module> {
+        let (mut at, mut rest) = match path.first()?.as_str() {
+            "crate" => (Vec::new(), &path[1..]),
+            "super" | "self" => (module.clone(), path),
+            own => {
+                let child: Module = module
+                    .iter()
+                    .map(String::as_str)
+                    .chain([own])
+                    .map(str::to_owned)
+                    .collect();
+                self.known.contains(&child).then_some(())?;
+                (module.clone(), path)
+            }
+        };
+        while let Some(("super" | "self", behind)) =
+            rest.split_first().map(|(f, b)| (f.as_str(), b))
+        {
+            if rest[0] == "super" {
+                at.pop();
+            }
+            rest = behind;
+        }
+        at.extend_from_slice(rest);
+        Some(at)
+    }
+
+    /// The module in which a path ends, what is given on being followed so many times.
+    fn home(&self, path: &[String], given_on: &BTreeMap<Module, Module>, times: u32) -> Module {
+        for n in (1..=path.len()).rev() {
+            if self.known.contains(&path[..n]) {
+                return path[..n].to_vec();
+            }
+            if let (Some(target), true) = (given_on.get(&path[..n]), times > 0) {
+                let whole: Module = target.iter().chain(&path[n..]).cloned().collect();
+                return self.home(&whole, given_on, times - 1);
+            }
+        }
+        Vec::new()
+    }
+}
+
+/// The module that a file is; none for programs and the prelude.
+fn module(source: &Path, file: &Path) -> Option<Module> {
+    let inside = file.strip_prefix(source).ok()?.with_extension("");
+    let mut module: Module = inside
+        .iter()
+        .map(|part| part.to_string_lossy().into_owned())
+        .collect();
+    if module.last().is_some_and(|name| name == "mod") {
+        module.pop();
+    }
+    match module.first()?.as_str() {
+        "lib" => Some(Vec::new()),
+        "main" | "bin" | "prelude" => None,
+        _ => Some(module),
+    }
 }
 
 #[cfg(test)]
@@ -199,10 +319,33 @@ mod tests {
     }
 
     #[test]
-    fn names_are_found_alone_and_in_braces() {
-        let text = "use crate::real::Real;\nuse crate::{ud::Ud, visit};\n// crate::no\nlet x = crate::order::O;\n#[cfg(test)]\nuse crate::bench;";
-        let found: Vec<String> = named(text).into_iter().collect();
-        assert_eq!(found, ["order", "real", "ud", "visit"]);
+    fn modules_of_any_folder_are_seen_to_import_in_a_circle() {
+        let modules = |all: &[(&str, &str)]| {
+            let named = all.iter().map(|(module, code)| {
+                let module = module
+                    .split('/')
+                    .filter(|n| !n.is_empty())
+                    .map(str::to_owned)
+                    .collect();
+                (module, paths::named(code))
+            });
+            Modules::of(&named.collect())
+        };
+        let straight = [
+            ("", "mod a;\npub use a::One;"),
+            ("a", "mod c;\nmod d;\npub use c::Two;\nuse crate::b::Three;"),
+            ("a/c", "use super::Up;\nuse std::fmt;"),
+            ("a/d", "use super::Two;"),
+            ("b", ""),
+        ];
+        assert!(modules(&straight).circles().is_empty());
+        let mut round = straight;
+        // By what the folder gives on, not by the module's own name.
+        round[2].1 = "use super::d::Four;";
+        assert_eq!(modules(&round).circles(), ["a: c, d"]);
+        let mut round = straight;
+        round[4].1 = "use crate::One;\nuse crate::a::c::Two;";
+        assert_eq!(modules(&round).circles(), [": a, b"]);
     }
 
     #[test]

@@ -2,13 +2,14 @@
 //! each is, made from the code.
 
 pub mod graph;
+pub mod paths;
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use crate::page::{self, Part};
 use crate::{Failure, Result, Workspace};
-use graph::{Graph, files, read, without_tests};
+use graph::{Graph, Modules, files, read, without_tests};
 
 /// The page that holds it.
 pub const PAGE: &str = "docs/rooms.md";
@@ -55,8 +56,7 @@ pub fn markdown(root: &Path) -> Result<String> {
     for name in folders.0.keys() {
         let folder = folder(root, name);
         let size = Size::of(&folder)?;
-        let circles = Graph::of_modules(&folder.join("src"))?.circles();
-        let circles: Vec<String> = circles.iter().map(|names| names.join(", ")).collect();
+        let circles = Modules::read(&folder.join("src"))?.circles();
         let _ = writeln!(
             text,
             "| {name} | {} | {} | {} | {} |",
@@ -74,7 +74,7 @@ pub fn markdown(root: &Path) -> Result<String> {
         let _ = write!(text, "\nWithin `{name}`:\n\n");
         draw(
             &mut text,
-            &Graph::of_modules(&folder(root, name).join("src"))?,
+            &Graph::of_modules(&Modules::read(&folder(root, name).join("src"))?, &[]),
         );
     }
     Ok(text)
@@ -181,10 +181,10 @@ mod tests {
     fn the_modules_of_a_room_import_in_no_circle() {
         let workspace = Workspace::locate().expect("a workspace");
         for name in STRAIGHT {
-            let graph = Graph::of_modules(&folder(workspace.root(), name).join("src"));
+            let modules = Modules::read(&folder(workspace.root(), name).join("src"));
             assert_eq!(
-                graph.expect("readable").circles(),
-                Vec::<Vec<String>>::new(),
+                modules.expect("readable").circles(),
+                Vec::<String>::new(),
                 "{name}"
             );
         }

@@ -1,7 +1,7 @@
 //! The page in a browser (`rarma-web`): built as it would be released, opened in a real Chromium
 //! with the demonstration as its microphone.
 
-use super::stages::Bench;
+use super::bench::Bench;
 use super::summary::Outcome;
 use crate::needs::browser::{browser, require};
 use crate::{Result, process, sound, web};

@@ -4,6 +4,7 @@
 //! only in part, says so with its reason; with `--ci` (or `CI=true`) that is a failure. With
 //! `--long` the long forms of tests and of checks run, too, which takes hours.
 
+mod bench;
 mod browser;
 mod cargo_deny;
 pub mod commands;
@@ -24,7 +25,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use crate::{Failure, Result, Workspace};
-use stages::Bench;
+use bench::Bench;
 use summary::{Entry, Outcome, Summary};
 
 /// A parsed `cargo verify` command line.

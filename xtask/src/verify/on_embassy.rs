@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::stages::Bench;
+use super::bench::Bench;
 use super::summary::Outcome;
 use crate::arm_image::ArmImage;
 use crate::chip::model::{Model, Run};

@@ -4,8 +4,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::bench::Bench;
 use super::manifests;
-use super::stages::Bench;
 use super::summary::Outcome;
 use crate::arm_image::ArmImage;
 use crate::toolchain::Toolchain;

@@ -1,7 +1,7 @@
 //! Records of a plant: the same answers from SQLite, PostgreSQL and ClickHouse's engine, TLS to both, trends
 //! against the truth of simulated plants, and `rarma store`, `trends`, `plant`.
 
-use super::stages::Bench;
+use super::bench::Bench;
 use super::summary::Outcome;
 use crate::needs::databases::{databases, require};
 use crate::{Result, process};

@@ -1,7 +1,7 @@
 //! The gateway of a plant: a real broker with users and TLS, a gateway that is killed, a second
 //! implementation of Sparkplug B, and `rarma gateway`.
 
-use super::stages::Bench;
+use super::bench::Bench;
 use super::summary::Outcome;
 use crate::needs::broker::{broker, require};
 use crate::{Result, process};

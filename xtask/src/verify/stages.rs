@@ -1,23 +1,20 @@
 //! The checks, in order. The image is built before the host tests, which run it.
 
-use std::path::PathBuf;
-use std::process::Command;
-
+use super::bench::Bench;
 use super::cargo_deny::CargoDeny;
 use super::summary::Outcome;
 use super::{
-    Request, browser, commands, dependencies, fuzz, on_embassy, packed, plant, plant_gateway,
-    python,
+    browser, commands, dependencies, fuzz, on_embassy, packed, plant, plant_gateway, python,
 };
 use crate::arm_image::ArmImage;
 use crate::chip::figures::Figures;
 use crate::chip::model::Model;
 use crate::fuzz::{long_form, targets};
 use crate::long::{self, Forms, LongForm};
-use crate::toolchain::{ARM, ARM_V8, Toolchain, packages};
+use crate::toolchain::{ARM_V8, Toolchain, packages};
 use crate::{
-    EMULATED_BOARD, EMULATED_M33, Failure, Result, TARGET, Workspace, book, chip, count, fw, page,
-    pico, process, qemu, screens, sound, tmux,
+    EMULATED_BOARD, EMULATED_M33, Failure, Result, TARGET, book, chip, count, fw, page, pico,
+    process, screens, sound, tmux,
 };
 
 /// A check: reads and adds to the bench.
@@ -58,92 +55,6 @@ pub const ALL: &[(&str, Check)] = &[
 const ELSEWHERE: &str = "not (kind(test) & (package(rarma-fleet) | (package(rarma-cli) & (binary(=fleet) | binary(=gateway)))))";
 /// The page with the table of counts.
 const COUNT_TABLE: &str = "README.md";
-
-/// What the checks share.
-#[derive(Debug)]
-pub struct Bench<'a> {
-    pub(super) workspace: &'a Workspace,
-    request: Request,
-    /// The target's toolchain, or why there is none; nothing until it has been looked for.
-    toolchain: Option<std::result::Result<Toolchain, String>>,
-    /// The emulated board's image, once built.
-    pub(super) image: Option<PathBuf>,
-    /// The image for the real board and the model of its chip, once both are there.
-    board: Option<(PathBuf, Model)>,
-}
-
-impl<'a> Bench<'a> {
-    /// Nothing made yet.
-    pub fn new(workspace: &'a Workspace, request: Request) -> Self {
-        Self {
-            workspace,
-            request,
-            toolchain: None,
-            image: None,
-            board: None,
-        }
-    }
-
-    /// Whether the long forms run, too.
-    pub fn long(&self) -> bool {
-        self.request.long
-    }
-
-    fn look_for_toolchain(&mut self) -> Result<Toolchain> {
-        let found = Toolchain::find_or_make(self.workspace, ARM)
-            .and_then(|toolchain| qemu::ensure_installed().map(|()| toolchain));
-        let kept = found.clone();
-        self.toolchain = Some(kept.map_err(|failure| {
-            let story = failure.to_string();
-            format!(
-                "no target toolchain: {}",
-                story.lines().next().unwrap_or_default()
-            )
-        }));
-        found
-    }
-
-    /// The target's toolchain, or in one line why there is none. A check that runs alone looks for
-    /// it itself.
-    pub(super) fn toolchain(&mut self) -> std::result::Result<Toolchain, String> {
-        if self.toolchain.is_none() {
-            // The reason is kept.
-            let _ = self.look_for_toolchain();
-        }
-        self.toolchain
-            .clone()
-            .unwrap_or_else(|| Err("no target toolchain".to_owned()))
-    }
-
-    pub(super) fn cargo(&self, arguments: &[&str]) -> Command {
-        let mut cargo = process::host_cargo(self.workspace);
-        cargo.args(arguments);
-        cargo
-    }
-
-    pub(super) fn pass_if(&self, command: &mut Command) -> Result<Outcome> {
-        println!("{}", process::spelled(command));
-        process::run(command).map(|()| Outcome::passed())
-    }
-
-    /// The variables that tell the host tests what they must not skip.
-    fn require(&self, tests: &mut Command) {
-        if let Some(image) = &self.image {
-            tests
-                .env("RARMA_TARGET_ELF", image)
-                .env("RARMA_REQUIRE_TARGET", "1");
-        }
-        if let Some((image, model)) = &self.board {
-            model.tell(tests);
-            tests
-                .env("RARMA_BOARD_ELF", image)
-                .env("RARMA_REQUIRE_BOARD", "1");
-        }
-        if self.request.ci {
-            tests.env("RARMA_REQUIRE_SHARED", "1");
-        }
-    }
-}
 
 /// Ends a check that needs the target where there is none.
 macro_rules! toolchain_or_skip {

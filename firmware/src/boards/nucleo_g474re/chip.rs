@@ -5,9 +5,7 @@ use super::link::Link;
 use super::samples::{self, Microphones};
 use super::settings_flash::SettingsFlash;
 use super::tacho::Tacho;
-use super::{bridges, clock_tree, injected, memory, random, supply};
-use core::cell::UnsafeCell;
-use core::mem::MaybeUninit;
+use super::{bridges, clock_tree, injected, memory, outputs, random, supply};
 use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, InjectedTrigger};
 use embassy_stm32::comp::{self, Comp, Hysteresis, InvertingInput};
 use embassy_stm32::dac::{Dac, DacChannel, Value};
@@ -52,16 +50,6 @@ bind_interrupts!(struct Interrupts {
 
 /// OPAMP4's output inside the chip, a channel of ADC5 (reference manual RM0440, 21.4.11).
 const OPAMP4_CHANNEL: u8 = 5;
-
-/// What a reset leaves, and a mark that it has been written.
-struct Kept(UnsafeCell<MaybeUninit<(u32, [u8; KEPT_BYTES])>>);
-
-// SAFETY: read once at start-up, written where nothing else runs or from the main side.
-unsafe impl Sync for Kept {}
-
-#[unsafe(link_section = ".uninit.kept")]
-static KEPT: Kept = Kept(UnsafeCell::new(MaybeUninit::uninit()));
-const KEPT_MARK: u32 = 0x5AFE_B0C5;
 
 /// The board.
 #[allow(missing_debug_implementations)] // the HAL's drivers have none
@@ -233,17 +221,10 @@ impl Nucleo {
 fn past() -> (ResetCause, [u8; KEPT_BYTES]) {
     let flags = pac::RCC.csr().read();
     pac::RCC.csr().modify(|w| w.set_rmvf(true));
-    // SAFETY: nothing else touches it yet. After a power-up the bytes are anything, which
-    // the mark and the record's own check tell; both types allow any bits.
-    let (mark, kept) = unsafe {
-        KEPT.0
-            .get()
-            .cast::<(u32, [u8; KEPT_BYTES])>()
-            .read_volatile()
-    };
+    let (marked, kept) = outputs::kept();
     let cause = if flags.borrstf() {
         // The same flag for both: memory that outlived it makes it a brown-out.
-        if mark == KEPT_MARK {
+        if marked {
             ResetCause::BrownOut
         } else {
             ResetCause::PowerOn
@@ -255,22 +236,10 @@ fn past() -> (ResetCause, [u8; KEPT_BYTES]) {
     } else {
         ResetCause::Pin
     };
-    if mark != KEPT_MARK {
-        keep(&[0; KEPT_BYTES]);
+    if !marked {
+        outputs::keep(&[0; KEPT_BYTES]);
     }
     (cause, kept)
-}
-
-/// Keeps bytes where a reset leaves them.
-pub(super) fn keep(bytes: &[u8; KEPT_BYTES]) {
-    // SAFETY: whoever calls this is the only one running: the main side, or a handler of
-    // a fault, which never returns.
-    unsafe {
-        KEPT.0
-            .get()
-            .cast::<(u32, [u8; KEPT_BYTES])>()
-            .write_volatile((KEPT_MARK, *bytes));
-    }
 }
 
 /// Comparators against the DAC inside the chip, output high when the current is beyond it.

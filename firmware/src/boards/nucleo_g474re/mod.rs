@@ -31,6 +31,9 @@ mod link;
 #[allow(unsafe_code)]
 mod memory;
 #[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
+#[allow(unsafe_code)]
+mod outputs;
+#[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
 mod random;
 #[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
 #[allow(unsafe_code)]
@@ -53,6 +56,8 @@ pub use chip::Nucleo;
 #[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
 pub use clock::crystal_has_failed;
 #[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
+pub use outputs::LastResort;
+#[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
 pub use settings_flash::{MemoryError, memory_failed};
 #[cfg(all(target_os = "none", feature = "board-nucleo-g474re"))]
-pub use slow::{LastResort, NucleoError};
+pub use slow::NucleoError;

@@ -1,6 +1,7 @@
 //! The board's verbs: everything but the current loop's interrupt.
 
-use super::chip::{self, Nucleo};
+use super::chip::Nucleo;
+use super::outputs::{self, POWER_STAGE};
 use super::samples::Stopped;
 use super::settings_flash::{self, SettingsFlash};
 use super::timing::{PWM_HZ, SAMPLE_HZ, TICK_HZ};
@@ -14,8 +15,6 @@ use embassy_stm32::pac::{ADC4, ADC5, DAC1, GPIOA, GPIOC};
 use rarma_box::guard::KEPT_BYTES;
 use rarma_rigs::cers::Source;
 
-/// Pin of the power stage's enable: PC9.
-const POWER_STAGE: usize = 9;
 /// Pin of the emergency-stop chain: PA6.
 const STOP_CHAIN: usize = 6;
 /// Ticks that a pin may take from its order to its input register, 1 µs: one of the slowest kind
@@ -51,34 +50,6 @@ impl From<Stopped> for NucleoError {
     }
 }
 
-/// Switches everything off: gate, switches, power stage, valve. Registers only.
-fn drop_everything() {
-    bridges::set_gate(false);
-    bridges::open_switches();
-    GPIOC.bsrr().write(|w| w.set_br(POWER_STAGE, true));
-    DAC1.dhr12r(0).write(|w| w.set_dhr(0));
-}
-
-/// What a handler of a panic or an exception has of the board: registers.
-#[derive(Debug)]
-pub struct LastResort;
-
-impl Clock for LastResort {
-    fn now_us(&mut self) -> u64 {
-        clock::now_us()
-    }
-}
-
-impl Emergency for LastResort {
-    fn drop_outputs(&mut self) {
-        drop_everything();
-    }
-
-    fn keep(&mut self, bytes: &[u8; KEPT_BYTES]) {
-        chip::keep(bytes);
-    }
-}
-
 impl Clock for Nucleo {
     fn now_us(&mut self) -> u64 {
         clock::now_us()
@@ -103,11 +74,11 @@ impl Board for Nucleo {
 
 impl Emergency for Nucleo {
     fn drop_outputs(&mut self) {
-        drop_everything();
+        outputs::drop_all();
     }
 
     fn keep(&mut self, bytes: &[u8; KEPT_BYTES]) {
-        chip::keep(bytes);
+        outputs::keep(bytes);
     }
 }
 

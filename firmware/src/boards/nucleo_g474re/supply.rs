@@ -4,7 +4,7 @@
 //! opens the rest: power stage, valve. Should the brown-out reset follow, which happens below
 //! the option byte's level, the record of this moment is there after it.
 
-use super::slow::LastResort;
+use super::outputs::LastResort;
 use crate::last_words::last_words;
 use embassy_stm32::interrupt::typelevel::{self, Handler, Interrupt};
 use embassy_stm32::pac::{EXTI, PWR};

@@ -1,5 +1,6 @@
 //! The chip, put together as a board that listens.
 
+use super::basics::{Irqs, feed_watchdog, now_us};
 use super::link;
 use super::microphone::{self, Microphone};
 use super::settings_flash::{self, SettingsFlash};
@@ -14,18 +15,12 @@ use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use embassy_rp::flash::Flash;
 use embassy_rp::gpio::{Level, Output};
-use embassy_rp::pac::{POWMAN, PSM, TIMER0, WATCHDOG};
+use embassy_rp::pac::{POWMAN, PSM, WATCHDOG};
 use embassy_rp::peripherals::{PIO0, TRNG, USB};
 use embassy_rp::trng::Trng;
 use embassy_rp::usb::Driver;
-use embassy_rp::{bind_interrupts, config, pio, trng, usb};
+use embassy_rp::{config, trng};
 use rarma_box::guard::KEPT_BYTES;
-
-bind_interrupts!(pub(super) struct Irqs {
-    PIO0_IRQ_0 => pio::InterruptHandler<PIO0>;
-    TRNG_IRQ => trng::InterruptHandler<TRNG>;
-    USBCTRL_IRQ => usb::InterruptHandler<USB>;
-});
 
 /// Passes of the main loop a second at least: what [`Listener::wait`] waits for at most, Hz.
 const PASSES_HZ: u32 = 1000;
@@ -34,22 +29,6 @@ const PASSES_HZ: u32 = 1000;
 /// program: the ROM resets by the watchdog, too, when it has been given a new image.
 const OURS: usize = KEPT_BYTES / 4;
 const OURS_IS: u32 = 0x7261_726D;
-
-/// Microseconds since start-up.
-pub(super) fn now_us() -> u64 {
-    loop {
-        let high = TIMER0.timerawh().read();
-        let low = TIMER0.timerawl().read();
-        if TIMER0.timerawh().read() == high {
-            return u64::from(high) << 32 | u64::from(low);
-        }
-    }
-}
-
-/// Gives the watchdog so long from now on, µs.
-pub(super) fn feed_watchdog(us: u64) {
-    WATCHDOG.load().write(|w| w.set_load(us as u32));
-}
 
 /// A reset by the watchdog takes everything with it but the oscillators.
 fn start_watchdog() {

@@ -3,7 +3,7 @@
 //! No interrupt is taken for a sample: how many there are follows from the clock and the DMA's
 //! place ([`ring::written`]), so that a lost one is counted and a clock that stops is noticed.
 
-use super::chip::now_us;
+use super::basics::{Irqs, now_us};
 use super::i2s;
 use crate::board::Block;
 use crate::boards::ring;
@@ -62,7 +62,7 @@ impl Microphone {
             mut sm0,
             irq_flags,
             ..
-        } = Pio::new(parts.pio, super::chip::Irqs);
+        } = Pio::new(parts.pio, Irqs);
         let loaded = common.load_program(&i2s::program());
         let sck = common.make_pio_pin(parts.sck);
         let ws = common.make_pio_pin(parts.ws);

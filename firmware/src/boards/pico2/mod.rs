@@ -8,6 +8,9 @@ pub mod i2s;
 // One attribute each: the formatter does not look into a macro.
 #[cfg(all(target_os = "none", feature = "board-pico2"))]
 #[allow(unsafe_code)]
+mod basics;
+#[cfg(all(target_os = "none", feature = "board-pico2"))]
+#[allow(unsafe_code)]
 mod chip;
 #[cfg(all(target_os = "none", feature = "board-pico2"))]
 mod link;

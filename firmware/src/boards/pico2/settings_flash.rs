@@ -1,6 +1,6 @@
 //! The flash of the settings: the last 32 KB of the Pico's 4 MB, which the map leaves out (memory/pico2.x).
 
-use super::chip::feed_watchdog;
+use super::basics::feed_watchdog;
 use crate::board::WATCHDOG_US;
 use core::ops::Range;
 use embassy_rp::flash::{Blocking, Error, Flash};

@@ -1,8 +1,10 @@
 //! Milling as a periodic delay equation.
 
+use super::varied::{Grid, KNOTS, MOST_SWINGS, steps_in};
 use super::{DelaySystem, Seen, StepLaw, too_many};
 use crate::plant::error::{PlantError, non_negative, positive};
 use crate::plant::milling::MillingConfig;
+use crate::plant::variation::SpeedVariation;
 use core::f64::consts::TAU;
 
 /// Axial slices over which a helical edge is averaged.
@@ -25,7 +27,7 @@ pub fn milling_delay(
     steps_per_period: f64,
 ) -> Result<DelaySystem, PlantError> {
     if let Some(variation) = config.variation.filter(|v| v.amplitude > 0.0) {
-        return super::varied::milling(config, variation, depth_m, steps_per_period);
+        return swinging(config, variation, depth_m, steps_per_period);
     }
     config.validate()?;
     non_negative(depth_m, "depth_m")?;
@@ -48,6 +50,53 @@ pub fn milling_delay(
         .map(|k| law(config, depth_m, k as f64 * step_rad, step_rad, &teeth))
         .collect();
     DelaySystem::new(seen(config), period_s, &laws)
+}
+
+/// [`milling_delay`] of a cut whose speed swings.
+///
+/// # Errors
+/// As there; `TooLarge` where the common period holds too many steps.
+fn swinging(
+    config: &MillingConfig,
+    variation: SpeedVariation,
+    depth_m: f64,
+    steps_per_period: f64,
+) -> Result<DelaySystem, PlantError> {
+    config.validate()?;
+    non_negative(depth_m, "depth_m")?;
+    positive(steps_per_period, "steps_per_period")?;
+    let seen = seen(config);
+    let equal = config.pitch_rad.is_empty();
+    let tooth_s = 1.0 / config.tooth_hz();
+    let per_tooth = steps_in(tooth_s, &seen, steps_per_period, variation.amplitude);
+    let per_turn = per_tooth * config.teeth;
+    let (phases, of) = if equal {
+        (per_tooth, config.teeth as f64)
+    } else {
+        (per_turn, 1.0)
+    };
+    let (swings, passes) = variation.whole(of, MOST_SWINGS);
+    let grid = Grid {
+        mean_hz: config.spindle_hz,
+        variation: SpeedVariation {
+            frequency_ratio: swings as f64 * of / passes as f64,
+            ..variation
+        },
+        per_turn,
+        phases,
+        steps: passes.saturating_mul(phases),
+        knots: KNOTS,
+    };
+    let step_rad = TAU / per_turn as f64;
+    let teeth = teeth(config, step_rad);
+    let history = teeth.iter().map(|t| t.1).max().unwrap_or(1);
+    grid.system(seen, history, |phase, hz| {
+        let at = MillingConfig {
+            spindle_hz: hz,
+            ..config.clone()
+        };
+        law(&at, depth_m, phase as f64 * step_rad, step_rad, &teeth)
+    })
 }
 
 /// The modes as the cut sees them.

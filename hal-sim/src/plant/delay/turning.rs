@@ -1,8 +1,10 @@
 //! Turning as a delay equation.
 
+use super::varied::{Grid, KNOTS_TURNED, steps_in};
 use super::{DelaySystem, Root, Seen, StepLaw, too_many};
 use crate::plant::error::{PlantError, non_negative, positive, require};
 use crate::plant::turning::TurningConfig;
+use crate::plant::variation::SpeedVariation;
 use core::f64::consts::TAU;
 use nalgebra::Complex;
 
@@ -21,7 +23,7 @@ pub fn turning_delay(
     steps_per_period: f64,
 ) -> Result<DelaySystem, PlantError> {
     if let Some(variation) = config.variation.filter(|v| v.amplitude > 0.0) {
-        return super::varied::turning(config, variation, width_m, steps_per_period);
+        return swinging(config, variation, width_m, steps_per_period);
     }
     config.validate()?;
     non_negative(width_m, "width_m")?;
@@ -35,6 +37,38 @@ pub fn turning_delay(
     DelaySystem::new(seen(config), 1.0 / config.spindle_hz, &vec![law; steps])
 }
 
+/// [`turning_delay`] of a cut whose speed swings.
+///
+/// # Errors
+/// As there; `TooLarge` where a swing holds too many steps.
+fn swinging(
+    config: &TurningConfig,
+    variation: SpeedVariation,
+    width_m: f64,
+    steps_per_period: f64,
+) -> Result<DelaySystem, PlantError> {
+    config.validate()?;
+    non_negative(width_m, "width_m")?;
+    positive(steps_per_period, "steps_per_period")?;
+    let seen = seen(config);
+    let turn_s = 1.0 / config.spindle_hz;
+    let per_turn = steps_in(turn_s, &seen, steps_per_period, variation.amplitude);
+    let steps = (per_turn as f64 / variation.frequency_ratio)
+        .round()
+        .max(1.0);
+    let grid = Grid {
+        mean_hz: config.spindle_hz,
+        variation: SpeedVariation {
+            frequency_ratio: per_turn as f64 / steps,
+            ..variation
+        },
+        per_turn,
+        phases: 1,
+        steps: steps as usize,
+        knots: KNOTS_TURNED,
+    };
+    grid.system(seen, per_turn, |_, hz| law(config, width_m, hz, per_turn))
+}
 /// The cut at a speed, Hz, with the delay in steps.
 pub(super) fn law(config: &TurningConfig, width_m: f64, spindle_hz: f64, delay: usize) -> StepLaw {
     let rub = config

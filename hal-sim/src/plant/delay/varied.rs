@@ -10,22 +10,18 @@
 //! A step depends on the angle and on its own length. It is solved at [`KNOTS`] lengths
 //! and taken for straight between them.
 
-use super::milling::{law, teeth};
 use super::step::StepMap;
 use super::{DelaySystem, MOST_NUMBERS, Seen, StepLaw};
-use crate::plant::error::{PlantError, non_negative, positive, require};
-use crate::plant::milling::MillingConfig;
-use crate::plant::turning::TurningConfig;
+use crate::plant::error::{PlantError, require};
 use crate::plant::variation::SpeedVariation;
-use core::f64::consts::TAU;
 
 /// Swings in a common period at most.
-const MOST_SWINGS: usize = 8;
+pub(super) const MOST_SWINGS: usize = 8;
 /// Lengths at which the steps of a tooth pass are solved. With RVA 0.2 and 60 steps a period
 /// the straight line between two is off by 2e-7 of a step; half as many: four times that.
-const KNOTS: usize = 33;
+pub(super) const KNOTS: usize = 33;
 /// The same of turning, all of whose steps share them.
-const KNOTS_TURNED: usize = 129;
+pub(super) const KNOTS_TURNED: usize = 129;
 /// Steps of a common period at most: a second or so for each use of the map.
 pub const MOST_VARIED_STEPS: usize = 2_000_000;
 
@@ -64,14 +60,14 @@ impl Swinging {
 }
 
 /// What a grid of angles needs to know.
-struct Grid {
-    mean_hz: f64,
-    variation: SpeedVariation,
+pub(super) struct Grid {
+    pub(super) mean_hz: f64,
+    pub(super) variation: SpeedVariation,
     /// Steps in a turn, in a tooth's (or turn's) law, and in the period.
-    per_turn: usize,
-    phases: usize,
-    steps: usize,
-    knots: usize,
+    pub(super) per_turn: usize,
+    pub(super) phases: usize,
+    pub(super) steps: usize,
+    pub(super) knots: usize,
 }
 
 impl Grid {
@@ -113,7 +109,7 @@ impl Grid {
         })
     }
 
-    fn system(
+    pub(super) fn system(
         &self,
         seen: Vec<Seen>,
         history: usize,
@@ -146,90 +142,8 @@ impl Grid {
 
 /// Steps in so long a time, of at least `steps_per_period` in a period of the fastest mode
 /// where the spindle is slowest.
-fn steps_in(time_s: f64, seen: &[Seen], steps_per_period: f64, amplitude: f64) -> usize {
+pub(super) fn steps_in(time_s: f64, seen: &[Seen], steps_per_period: f64, amplitude: f64) -> usize {
     let highest = seen.iter().map(|s| s.mode.f_hz).fold(0.0, f64::max);
     let steps = steps_per_period * highest * time_s / (1.0 - amplitude);
     steps.ceil().max(40.0) as usize
-}
-
-/// [`milling_delay`](super::milling_delay) of a cut whose speed swings.
-///
-/// # Errors
-/// As there; `TooLarge` where the common period holds too many steps.
-pub(super) fn milling(
-    config: &MillingConfig,
-    variation: SpeedVariation,
-    depth_m: f64,
-    steps_per_period: f64,
-) -> Result<DelaySystem, PlantError> {
-    config.validate()?;
-    non_negative(depth_m, "depth_m")?;
-    positive(steps_per_period, "steps_per_period")?;
-    let seen = super::milling::seen(config);
-    let equal = config.pitch_rad.is_empty();
-    let tooth_s = 1.0 / config.tooth_hz();
-    let per_tooth = steps_in(tooth_s, &seen, steps_per_period, variation.amplitude);
-    let per_turn = per_tooth * config.teeth;
-    let (phases, of) = if equal {
-        (per_tooth, config.teeth as f64)
-    } else {
-        (per_turn, 1.0)
-    };
-    let (swings, passes) = variation.whole(of, MOST_SWINGS);
-    let grid = Grid {
-        mean_hz: config.spindle_hz,
-        variation: SpeedVariation {
-            frequency_ratio: swings as f64 * of / passes as f64,
-            ..variation
-        },
-        per_turn,
-        phases,
-        steps: passes.saturating_mul(phases),
-        knots: KNOTS,
-    };
-    let step_rad = TAU / per_turn as f64;
-    let teeth = teeth(config, step_rad);
-    let history = teeth.iter().map(|t| t.1).max().unwrap_or(1);
-    grid.system(seen, history, |phase, hz| {
-        let at = MillingConfig {
-            spindle_hz: hz,
-            ..config.clone()
-        };
-        law(&at, depth_m, phase as f64 * step_rad, step_rad, &teeth)
-    })
-}
-
-/// [`turning_delay`](super::turning_delay) of a cut whose speed swings.
-///
-/// # Errors
-/// As there; `TooLarge` where a swing holds too many steps.
-pub(super) fn turning(
-    config: &TurningConfig,
-    variation: SpeedVariation,
-    width_m: f64,
-    steps_per_period: f64,
-) -> Result<DelaySystem, PlantError> {
-    config.validate()?;
-    non_negative(width_m, "width_m")?;
-    positive(steps_per_period, "steps_per_period")?;
-    let seen = super::turning::seen(config);
-    let turn_s = 1.0 / config.spindle_hz;
-    let per_turn = steps_in(turn_s, &seen, steps_per_period, variation.amplitude);
-    let steps = (per_turn as f64 / variation.frequency_ratio)
-        .round()
-        .max(1.0);
-    let grid = Grid {
-        mean_hz: config.spindle_hz,
-        variation: SpeedVariation {
-            frequency_ratio: per_turn as f64 / steps,
-            ..variation
-        },
-        per_turn,
-        phases: 1,
-        steps: steps as usize,
-        knots: KNOTS_TURNED,
-    };
-    grid.system(seen, per_turn, |_, hz| {
-        super::turning::law(config, width_m, hz, per_turn)
-    })
 }

@@ -1,7 +1,8 @@
 //! From the description to matrices.
 
 use super::beam::{Element, Segment, Theory};
-use super::config::{Clamping, ElsConfig, ElsModelError, Place, check};
+use super::config::{Clamping, ElsConfig, Place};
+use super::error::{ElsModelError, check};
 use super::link::Link;
 use super::ring::Ring;
 use nalgebra::{DMatrix, Matrix2};

@@ -5,7 +5,8 @@
 //! since each mode bends them differently. What the data do not determine is refused.
 
 use super::assembly::ElsModel;
-use super::config::{Clamping, ElsConfig, ElsModelError, Place, check};
+use super::config::{Clamping, ElsConfig, Place};
+use super::error::{ElsModelError, check};
 use super::ring::Ring;
 use nalgebra::{DMatrix, DVector, Vector2};
 use rarma_rigs::els::Receptance;

@@ -1,6 +1,6 @@
 //! The elastic link between tool joint and table: the load stands for its stiffness.
 
-use super::config::{ElsModelError, check};
+use super::error::{ElsModelError, check};
 use core::f64::consts::PI;
 use nalgebra::{Matrix2, Vector2};
 

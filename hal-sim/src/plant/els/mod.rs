@@ -21,6 +21,7 @@
 mod assembly;
 pub mod beam;
 mod config;
+mod error;
 pub mod fit;
 pub mod link;
 mod modes;
@@ -31,6 +32,7 @@ mod statics;
 mod tests;
 
 pub use assembly::ElsModel;
-pub use config::{Clamping, ElsConfig, ElsModelError, Place};
+pub use config::{Clamping, ElsConfig, Place};
+pub use error::ElsModelError;
 pub use modes::{NaturalMode, Shape};
 pub use statics::Deflection;

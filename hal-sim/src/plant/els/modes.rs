@@ -1,7 +1,7 @@
 //! Natural frequencies and shapes.
 
 use super::assembly::{ElsModel, SLOPE_X, SLOPE_Y, TWIST, X, Y};
-use super::config::ElsModelError;
+use super::error::ElsModelError;
 use core::f64::consts::TAU;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 

@@ -1,7 +1,8 @@
 //! Receptances.
 
 use super::assembly::{ElsModel, X, Y};
-use super::config::{ElsModelError, Place, check};
+use super::config::Place;
+use super::error::{ElsModelError, check};
 use super::modes::{eigen, rigid};
 use core::f64::consts::TAU;
 use nalgebra::{Complex, DMatrix};

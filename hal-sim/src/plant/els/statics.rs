@@ -1,7 +1,8 @@
 //! Static deflection.
 
 use super::assembly::ElsModel;
-use super::config::{ElsModelError, Place, check};
+use super::config::Place;
+use super::error::{ElsModelError, check};
 use super::modes::{eigen, rigid};
 use nalgebra::{Matrix2, Vector2};
 

@@ -1,7 +1,7 @@
 //! The findings in words.
 
 use super::Answer;
-use rarma_scenarios::cers::modes::Read;
+use rarma_scenarios::cers::time::Read;
 
 pub(super) fn tell(answer: &Answer) {
     for r in &answer.responses {

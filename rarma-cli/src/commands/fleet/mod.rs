@@ -7,6 +7,7 @@ mod receive;
 mod store;
 mod table;
 mod trends;
+mod words;
 
 pub(super) use plant::main as plant;
 pub(super) use store::main as store;
@@ -15,9 +16,30 @@ pub(super) use trends::main as trends;
 use crate::args::StoreArgs;
 use crate::failure::Failure;
 use rarma_fleet::record::Name;
-use rarma_fleet::store::{Store, StoreError};
-use serde_json::Value;
+use rarma_fleet::store::{Store, StoreError, Taken};
+use serde_json::{Value, json};
 use std::path::Path;
+
+/// What became of records, in a line.
+fn tell(taken: &Taken, refused: u64, json: bool) {
+    let Taken {
+        new,
+        same,
+        thinned,
+        different_count,
+        ..
+    } = taken;
+    if json {
+        say!(
+            "{}",
+            json!({"new": new, "same": same, "thinned": thinned, "different": different_count, "refused": refused})
+        );
+    } else {
+        say!(
+            "{new} new, {same} there before, {thinned} of days that were thinned, {different_count} of a name that another has, {refused} no records"
+        );
+    }
+}
 
 /// A store whose place can be told without its password.
 struct Opened {

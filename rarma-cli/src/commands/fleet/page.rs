@@ -1,6 +1,6 @@
 //! The page of `rarma trends`.
 
-use super::trends::{day, limit, name_of, size, subject};
+use super::words::{day, limit, name_of, size, subject};
 use rarma_fleet::store::{AdviceCount, AlarmCount, Machine};
 use rarma_fleet::trends::Trends;
 use rarma_fleet::trends::change::Change;

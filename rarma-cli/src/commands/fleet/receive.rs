@@ -1,7 +1,6 @@
 //! `rarma store receive`: the plant's broker on one side, a store on the other.
 
-use super::Opened;
-use super::store::tell;
+use super::{Opened, tell};
 use crate::args::StoreReceiveArgs;
 use crate::failure::Failure;
 use crate::output::{self, stdout};

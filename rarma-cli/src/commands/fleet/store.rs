@@ -1,6 +1,6 @@
 //! `rarma store`.
 
-use super::{Opened, ask, failed, lines, name, receive, values};
+use super::{Opened, ask, failed, lines, name, receive, tell, values};
 use crate::args::{StoreAddArgs, StoreCommand, StoreExportArgs, StoreShowArgs, StoreThinArgs};
 use crate::failure::Failure;
 use crate::output::{self, NewFile};
@@ -50,27 +50,6 @@ fn add(args: &StoreAddArgs) -> Result<u8, Failure> {
     tell(&sum.taken, sum.refused, args.json);
     let clean = sum.refused == 0 && sum.taken.different_count == 0;
     Ok(if clean { 0 } else { 3 })
-}
-
-/// What became of records, in a line.
-pub(super) fn tell(taken: &Taken, refused: u64, json: bool) {
-    let Taken {
-        new,
-        same,
-        thinned,
-        different_count,
-        ..
-    } = taken;
-    if json {
-        say!(
-            "{}",
-            json!({"new": new, "same": same, "thinned": thinned, "different": different_count, "refused": refused})
-        );
-    } else {
-        say!(
-            "{new} new, {same} there before, {thinned} of days that were thinned, {different_count} of a name that another has, {refused} no records"
-        );
-    }
 }
 
 fn add_file(

@@ -3,8 +3,8 @@
 
 use rarma_pictures::table;
 use rarma_pictures::{Bar, Bars};
-use rarma_scenarios::ldbb::circularity::OneWay;
-use rarma_scenarios::ldbb::evaluate::AtForce;
+use rarma_scenarios::ldbb::errors::AtForce;
+use rarma_scenarios::ldbb::errors::OneWay;
 
 /// Causes below this part of all are not drawn; the table of errors has them.
 const SEEN: f64 = 0.005;

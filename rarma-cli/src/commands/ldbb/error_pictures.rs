@@ -2,7 +2,7 @@
 
 use crate::commands::els::pictures::above;
 use rarma_pictures::{Chart, Mark, Scale, Series, table};
-use rarma_scenarios::ldbb::evaluate::AtForce;
+use rarma_scenarios::ldbb::errors::AtForce;
 
 /// A named value of the errors at one force.
 type Value = (String, Box<dyn Fn(&AtForce) -> Option<f64>>);
@@ -79,10 +79,10 @@ pub(super) fn errors(all: &[AtForce], [a, b]: [&str; 2]) -> String {
         );
     }
     body += "<h2>Machine errors</h2>\n";
-    let with = |w: &rarma_scenarios::ldbb::evaluate::With| {
+    let with = |w: &rarma_scenarios::ldbb::errors::With| {
         format!("{:.2} ± {:.2}", w.value, w.sd).replace('-', "−")
     };
-    let pair = |p: &Option<[rarma_scenarios::ldbb::evaluate::With; 2]>| {
+    let pair = |p: &Option<[rarma_scenarios::ldbb::errors::With; 2]>| {
         p.as_ref().map_or("not determined".to_owned(), |p| {
             format!("{a} {}; {b} {}", with(&p[0]), with(&p[1]))
         })

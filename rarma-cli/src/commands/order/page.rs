@@ -4,8 +4,9 @@
 use super::{Candidate, Choice, agreed};
 use crate::args::Method;
 use crate::commands::band::Part;
+use crate::commands::estimators::residuals;
 use crate::commands::estimators::{self, Memory};
-use crate::commands::identify::{residuals, with_stack};
+use crate::commands::fitting::with_stack;
 use crate::commands::model_pictures::{DiagramPole, densities, diagram, residuals as left_over};
 use crate::commands::psd;
 use rarma_fit::Whiteness;

@@ -12,6 +12,7 @@
 //! * **Numbers** count up from 1 and are never used twice. The file has an identity, drawn when it was
 //!   made, so that a host tells a new file from the old one.
 
+mod loss;
 mod opening;
 mod room;
 

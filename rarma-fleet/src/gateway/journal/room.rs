@@ -1,7 +1,7 @@
 //! Room in a journal that is full: what goes first, and who tells of it.
 
+use super::loss;
 use super::{Entry, integer};
-use crate::gateway::loss;
 use rusqlite::Transaction;
 
 /// What was taken away.

@@ -4,8 +4,9 @@
 use super::{OUTBOX, Uplink};
 use crate::gateway::config::Acknowledge;
 use crate::gateway::journal::Kept;
-use crate::gateway::metrics::{OfNode, Value, data, node_alias};
+use crate::gateway::metrics::{OfNode, data, node_alias};
 use crate::gateway::session::Outgoing;
+use crate::gateway::value::Value;
 use crate::gateway::writing::lock;
 use crate::record::from_line;
 use srad_types::payload::Metric;

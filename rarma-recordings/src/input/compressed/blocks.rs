@@ -4,7 +4,7 @@
 //! stood before it. A packet that cannot be decoded becomes missing samples, which the
 //! monitor is told; a file that ends early is read as far as it goes. Both are said.
 
-use super::super::stream::{Blocks, End};
+use super::super::blocks::{Blocks, End};
 use super::super::{InputError, Problem, no_channel};
 use super::guard::caught;
 use std::io::ErrorKind;

@@ -12,8 +12,8 @@ mod movie;
 mod source;
 mod words;
 
+use super::blocks::Begin;
 use super::content::Content;
-use super::stream::Begin;
 use super::{InputError, Problem, rate_of};
 use blocks::{Decoded, Sound};
 use guard::caught;

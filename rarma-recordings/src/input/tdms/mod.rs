@@ -12,7 +12,7 @@ mod layout;
 mod object;
 mod scale;
 
-use super::stream::{Begin, Blocks, End};
+use super::blocks::{Begin, Blocks, End};
 use super::time::is_rate;
 use super::{InputError, Problem};
 use crate::one_line::OneLine;

@@ -115,7 +115,7 @@ pub fn lower_crest<T: Real, const M: usize>(
         for x in work.iter_mut() {
             *x = x.clamp(-most, most);
         }
-        fft.exchange_phases(lines, period, work)?;
+        fft.exchange_phases(lines.iter(), period, work)?;
         let now = crest_factor(work);
         if now < best {
             best = now;

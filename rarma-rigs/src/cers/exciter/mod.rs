@@ -9,6 +9,7 @@
 //! ```
 //! The source runs in the current loop's interrupt, the rest on the main side.
 
+mod check;
 mod job;
 mod response;
 mod source;
@@ -16,5 +17,5 @@ mod steps;
 
 pub use job::{Direction, ExcitationJob, JobField, OutOfReach, Reach, Signal};
 pub use response::{LineCollector, LineResponse, SensorPath};
-pub use source::{Seen, Source};
-pub use steps::{BLOCKS, Block};
+pub use source::Source;
+pub use steps::{BLOCKS, Block, Seen};

@@ -1,7 +1,7 @@
 //! The signal, one period of the current loop at a time.
 
 use super::job::{Direction, ExcitationJob, Signal};
-use super::steps::{Block, Steps};
+use super::steps::{Block, Seen, Steps};
 use crate::cers::error::{CersError, within};
 use crate::cers::excitation::{BandNoise, BandNoiseConfig, Course, Prbs, Sweep};
 
@@ -11,17 +11,6 @@ const FADE_S: f32 = 0.01;
 const PRBS_BITS: u32 = 13;
 /// Its spectrum is 3 dB down at this part of its clock.
 const PRBS_PART: f32 = 0.443;
-
-/// Force and motion of one period.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Seen {
-    /// Magnetic force of the axis that [`Source::measures`] names, N.
-    pub force_n: f32,
-    /// Displacement in x and y, m.
-    pub displacement_m: [f32; 2],
-    /// The force can be relied upon.
-    pub trusted: bool,
-}
 
 #[derive(Debug, Clone, Copy)]
 enum Kind {

@@ -1,7 +1,6 @@
 //! Stepped sine with its own lock-in: the response line by line, without keeping a record.
 
 use super::job::{Direction, ExcitationJob};
-use super::source::Seen;
 use crate::cers::error::{CersError, within};
 use crate::els::Complex;
 use rarma_core::real::Real;
@@ -19,6 +18,17 @@ const LEAST_BLOCK_S: f32 = 0.01;
 const CLEAR_BINS: f32 = 2.0;
 /// Runout beyond this multiple of the speed is small.
 const MOST_ORDER: f32 = 4.0;
+
+/// Force and motion of one period.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Seen {
+    /// Magnetic force of the axis that [`Source::measures`](super::Source::measures) names, N.
+    pub force_n: f32,
+    /// Displacement in x and y, m.
+    pub displacement_m: [f32; 2],
+    /// The force can be relied upon.
+    pub trusted: bool,
+}
 
 /// Force and motion at one frequency over one block.
 ///

@@ -15,7 +15,7 @@ mod tally;
 mod wanted;
 mod yardstick;
 
-use super::stages::Bench;
+use super::bench::Bench;
 use super::summary::Outcome;
 use crate::{Failure, Result, Workspace, demo, process};
 use runner::Runner;

@@ -11,7 +11,7 @@ use super::yardstick::{TIMES_THE_DEMONSTRATION, Yardstick};
 use super::{aliases, may_end_with_one};
 use crate::inputs::Maker;
 use crate::inputs::roles::{self, Input};
-use crate::verify::stages::Bench;
+use crate::verify::bench::Bench;
 use crate::{Failure, Result, Workspace, process};
 use std::fs;
 use std::net::{TcpListener, TcpStream};

@@ -1,6 +1,6 @@
 //! The line estimators behind `rarma identify`: subspace and tones.
 
-use super::estimators::{IdentifiedMode, MAX_ORDER, Model, N, Uncertainty, with_moving_average};
+use super::{IdentifiedMode, MAX_ORDER, Model, N, Uncertainty, with_moving_average};
 use rarma_fit::{FitError, ToneFit};
 use std::f64::consts::TAU;
 
@@ -11,7 +11,7 @@ const PARAMETERS: usize = 3 * MAX_ORDER / 2;
 
 /// Fitted tones and what they leave of the series.
 #[derive(Debug, Clone)]
-pub(super) struct Tones {
+pub(in crate::commands) struct Tones {
     fit: ToneFit<f64, PARAMETERS>,
     rest: Vec<f64>,
 }

@@ -2,8 +2,8 @@
 //!
 //! Rate: once a sample.
 
-use super::rarma::{RecursiveArma, SMALLEST_VARIANCE};
-use super::status::{Status, Step};
+use super::{RecursiveArma, SMALLEST_VARIANCE};
+use crate::estimate::status::{Status, Step};
 use crate::real::Real;
 
 /// An innovation beside the noise.

@@ -1,7 +1,7 @@
 //! Records that went unsent for want of room, told as records of their time.
 
-use super::journal::Entry;
-use super::words;
+use super::Entry;
+use crate::gateway::words;
 use crate::record::{Body, Record, State, Utc, Verdict, from_line, to_line};
 use std::collections::BTreeMap;
 

@@ -2,13 +2,19 @@
 //!
 //! Rate: once a (decimated) sample, in fixed time. See [`RecursiveArma`].
 
+mod gradient;
+mod innovation;
+mod readings;
+mod restart;
+mod start;
+
 use super::config::{Gradient, RarmaConfig};
-use super::innovation::Weighed;
 use super::schur;
-use super::start::Start;
 use super::status::{Limit, Status, Step};
 use crate::real::Real;
 use crate::ud::UdFactors;
+use innovation::Weighed;
+use start::Start;
 
 /// Least innovation variance, so that silence divides by a normal number.
 pub(super) const SMALLEST_VARIANCE: f64 = 1e-30;

@@ -2,9 +2,9 @@
 //!
 //! Slow path, and cold in the sample path: a model that has lost its numbers begins anew.
 
-use super::config::RarmaConfig;
-use super::rarma::RecursiveArma;
+use super::RecursiveArma;
 use super::start::Start;
+use crate::estimate::config::RarmaConfig;
 use crate::real::Real;
 use crate::ud::UdFactors;
 
@@ -32,7 +32,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
     };
 
     /// Storage without the check of N, for a run-time order below the capacity.
-    pub(super) fn raw(config: RarmaConfig<T>) -> Self {
+    pub(in crate::estimate) fn raw(config: RarmaConfig<T>) -> Self {
         let mut this = Self::BLANK;
         this.restart(config);
         this

@@ -2,10 +2,10 @@
 //!
 //! Rate: once a sample, in O(n). See [`Gain::Normalised`].
 
-use super::config::{Gain, Gradient};
 use super::innovation::Weighed;
-use super::rarma::{RecursiveArma, SMALLEST_VARIANCE};
-use super::status::{Limit, Status, Step};
+use super::{RecursiveArma, SMALLEST_VARIANCE};
+use crate::estimate::config::{Gain, Gradient};
+use crate::estimate::status::{Limit, Status, Step};
 use crate::real::Real;
 
 /// Part of the input power that is added to |ψ|², for each parameter: where the input

@@ -16,15 +16,13 @@
 
 mod lattice;
 
-use super::config::{Gain, Gradient};
-use super::rarma::{RecursiveArma, SMALLEST_VARIANCE};
-use super::schur;
-use super::status::{Status, Step};
+use super::{RecursiveArma, SMALLEST_VARIANCE};
+use crate::estimate::config::{Gain, Gradient, MOST};
+use crate::estimate::schur;
+use crate::estimate::status::{Status, Step};
 use crate::real::Real;
 use crate::visit::{self, StateVisitor};
 
-/// Samples of the least squares at most.
-pub(super) const MOST: usize = 400;
 /// Least squares in sequence.
 const ROUNDS: u32 = 4;
 /// Units of work a sample; a unit is one row of least squares or one update.
@@ -77,7 +75,7 @@ const STAGES: [Stage; 7] = [
 
 /// State of the start-up. About 5 kB in `f32`.
 #[derive(Debug, Clone)]
-pub(super) struct Start<T, const N: usize> {
+pub(in crate::estimate) struct Start<T, const N: usize> {
     stage: Stage,
     /// What follows: [`Stage::Over`] or [`Stage::Steepest`].
     last: Stage,
@@ -262,7 +260,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
     }
 
     /// See [`Self::finish_start`].
-    pub(super) fn finish(&mut self, p: usize, q: usize) {
+    pub(in crate::estimate) fn finish(&mut self, p: usize, q: usize) {
         if self.start.stage == Stage::Collect {
             // Too few for the samples wanted; enough for least squares?
             self.start.length = self.start.taken;

@@ -1,7 +1,7 @@
 //! What can be read off the recursive estimator. Decision rate, or rarer.
 
-use super::config::Gain;
-use super::rarma::RecursiveArma;
+use super::RecursiveArma;
+use crate::estimate::config::Gain;
 use crate::real::Real;
 use crate::ud::UdFactors;
 
@@ -17,7 +17,7 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> RecursiveArma<T, P
     }
 
     /// −y(t), −y(t−1), … −y(t−p+1), each filtered by 1/C with the model of its time;
-    /// unfiltered with [`Gradient::Pseudo`](super::Gradient::Pseudo).
+    /// unfiltered with [`Gradient::Pseudo`](crate::estimate::Gradient::Pseudo).
     pub fn filtered_outputs(&self) -> &[T] {
         &self.psi[..P]
     }
