@@ -1,10 +1,10 @@
 //! `cargo xtask rooms [--markdown FILE]`: the picture of the rooms, who imports whom, and how large
-//! each is, made from the code.
+//! each is, made from the code. `--at FOLDER`: how large those of another checkout are.
 
 pub mod graph;
 pub mod paths;
 
-use std::fmt::Write;
+use std::fmt::{self, Write};
 use std::path::{Path, PathBuf};
 
 use crate::page::{self, Part};
@@ -24,10 +24,11 @@ const ELSEWHERE: [(&str, &str); 1] = [("fast-path", "firmware/fast")];
 /// # Errors
 /// When the arguments are wrong, or a file cannot be read or written.
 pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
-    let text = markdown(workspace.root())?;
     match arguments {
-        [] => print!("{text}"),
+        [] => print!("{}", markdown(workspace.root())?),
+        [option, folder] if option == "--at" => print!("{}", table(Path::new(folder))?),
         [option, file] if option == "--markdown" => {
+            let text = markdown(workspace.root())?;
             let path = PathBuf::from(file);
             let document = page::read(&path)?;
             let written = PART.written_into(&document, &text).map_err(|why| {
@@ -37,7 +38,7 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
         }
         _ => {
             return Err(Failure::usage(
-                "`rooms` takes nothing, or `--markdown FILE`",
+                "`rooms` takes nothing, `--markdown FILE` or `--at FOLDER`",
             ));
         }
     }
@@ -49,27 +50,10 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
 /// # Errors
 /// When a file of the workspace cannot be read.
 pub fn markdown(root: &Path) -> Result<String> {
-    let folders = Graph::of_folders(root)?;
     let mut text = String::new();
-    draw(&mut text, &folders);
-    text += "\n| package | lines of Rust | of these tests | declared `pub` | modules import in a circle |\n|---|---:|---:|---:|---|\n";
-    for name in folders.0.keys() {
-        let folder = folder(root, name);
-        let size = Size::of(&folder)?;
-        let circles = Modules::read(&folder.join("src"))?.circles();
-        let _ = writeln!(
-            text,
-            "| {name} | {} | {} | {} | {} |",
-            size.lines,
-            size.tests,
-            size.public,
-            if circles.is_empty() {
-                "none".to_owned()
-            } else {
-                circles.join("; ")
-            }
-        );
-    }
+    draw(&mut text, &Graph::of_folders(root)?);
+    text += "\n";
+    text += &table(root)?;
     for name in DRAWN {
         let _ = write!(text, "\nWithin `{name}`:\n\n");
         draw(
@@ -77,6 +61,26 @@ pub fn markdown(root: &Path) -> Result<String> {
             &Graph::of_modules(&Modules::read(&folder(root, name).join("src"))?, &[]),
         );
     }
+    Ok(text)
+}
+
+/// How large each package is.
+fn table(root: &Path) -> Result<String> {
+    let mut text = "| package | lines of Rust | of these tests | declared `pub` | modules import in a circle |\n|---|---:|---:|---:|---|\n".to_owned();
+    let mut all = Size::default();
+    for name in Graph::of_folders(root)?.0.keys() {
+        let folder = folder(root, name);
+        let size = Size::of(&folder)?;
+        all.add(&size);
+        let circles = Modules::read(&folder.join("src"))?.circles();
+        let circles = if circles.is_empty() {
+            "none".to_owned()
+        } else {
+            circles.join("; ")
+        };
+        let _ = writeln!(text, "| {name} | {size} | {circles} |");
+    }
+    let _ = writeln!(text, "| all | {all} | |");
     Ok(text)
 }
 
@@ -102,19 +106,28 @@ fn draw(text: &mut String, graph: &Graph) {
     *text += "```\n";
 }
 
+#[derive(Default)]
 struct Size {
     lines: usize,
     tests: usize,
     public: usize,
 }
 
+impl fmt::Display for Size {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} | {} | {}", self.lines, self.tests, self.public)
+    }
+}
+
 impl Size {
+    fn add(&mut self, other: &Self) {
+        self.lines += other.lines;
+        self.tests += other.tests;
+        self.public += other.public;
+    }
+
     fn of(folder: &Path) -> Result<Self> {
-        let mut size = Self {
-            lines: 0,
-            tests: 0,
-            public: 0,
-        };
+        let mut size = Self::default();
         for file in files(folder)? {
             let text = read(&file)?;
             let inside = file
