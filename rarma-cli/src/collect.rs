@@ -5,13 +5,14 @@
 
 use crate::record::{
     Alarm, HistogramRecord, Line, NoticeRecord, Run, SpeedSource, SpindleRecord, SpindleSummary,
-    Summary,
+    State, Summary,
 };
 use crate::standing::Standing;
-use crate::translate::{STATES, decimal, line, notice};
+use crate::translate::{decimal, line, notice};
 use rarma_box::wire::{Finished, Refusal, Telemetry};
 use rarma_core::condition::HealthCounts;
 use rarma_core::decide::Histogram;
+use rarma_core::named::Named;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -202,7 +203,7 @@ impl Collector {
         let finished = self.finished?;
         self.keep_standing();
         let mut state_seconds = BTreeMap::new();
-        for (state, samples) in STATES.iter().zip(finished.state_samples) {
+        for (state, samples) in State::ALL.iter().zip(finished.state_samples) {
             if samples > 0 {
                 state_seconds.insert(*state, samples as f64 / self.fs);
             }

@@ -16,7 +16,7 @@ use crate::real::Real;
 use crate::visit::state;
 
 /// What the monitor believes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum State {
@@ -26,11 +26,11 @@ pub enum State {
     Idle,
     /// Cutting; every mode is damped.
     Stable,
-    /// A mode is losing its damping.
+    /// A mode is losing its damping, or is undamped for too short a time to be called.
     Warning,
-    /// Chatter.
+    /// Chatter: a self-excited mode has been called.
     Chatter,
-    /// The samples cannot be trusted.
+    /// The samples cannot be trusted; nothing is concluded from them.
     Invalid,
 }
 
