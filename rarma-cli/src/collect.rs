@@ -7,7 +7,7 @@ use crate::record::{
     Alarm, HistogramRecord, Line, NoticeRecord, Run, SpeedSource, SpindleRecord, SpindleSummary,
     State, Summary,
 };
-use crate::standing::Standing;
+use crate::standing::StandingAlarm;
 use crate::translate::{decimal, line, notice};
 use rarma_box::wire::{Finished, Refusal, Telemetry};
 use rarma_core::condition::HealthCounts;
@@ -28,7 +28,7 @@ pub struct Collector {
     order: [usize; 2],
     alarms: Vec<Alarm>,
     /// The last alarm called, if it has not been released.
-    standing: Option<Standing>,
+    standing: Option<StandingAlarm>,
     alarms_left_out: u64,
     notices: Vec<NoticeRecord>,
     notices_left_out: u64,
@@ -85,7 +85,7 @@ impl Collector {
                         zeta_deviation: None,
                         advice: None,
                     };
-                    self.standing = Some(Standing::new(alarm.clone()));
+                    self.standing = Some(StandingAlarm::new(alarm.clone()));
                     return News::On(alarm);
                 } else if let Some(standing) = self.standing.take() {
                     let alarm = Alarm {
@@ -178,7 +178,7 @@ impl Collector {
             && self.order == other.order
             && self.alarms.len() <= MOST_ALARMS
             && self.notices.len() <= MOST_NOTICES
-            && standing.is_none_or(Standing::is_sound)
+            && standing.is_none_or(StandingAlarm::is_sound)
             && self.finished.is_none()
             && self.refused.is_none()
     }

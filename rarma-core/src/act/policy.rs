@@ -2,7 +2,7 @@
 
 use super::config::{ActConfig, ActError};
 use super::lever::{Lever, SAME, Seen};
-use super::told::{Order, Overrides, Reading, Said, Step, Why};
+use super::told::{ActOrder, Overrides, Reading, Said, Step, Why};
 
 /// Without a report for so long the link is lost, s: ten reports of a controller that is asked
 /// twenty times a second. Half would take a busy computer for a cut cable.
@@ -28,7 +28,7 @@ const RETURN_S: f64 = 2.0;
 const LEAST_CHANGE: f64 = 2.0 * SAME;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Standing {
+struct StandingOverride {
     /// In force before the first order; and the operator's own then.
     before: Overrides,
     operator: Option<f64>,
@@ -50,7 +50,7 @@ struct Standing {
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum State {
     Watching,
-    Ordered(Standing),
+    Ordered(StandingOverride),
     Returning {
         to: Overrides,
         spindle: Lever,
@@ -64,7 +64,7 @@ enum State {
 /// Decides what is ordered. See the [module](super).
 ///
 /// ```
-/// use rarma_core::act::{ActConfig, Order, Overrides, Policy, Reading};
+/// use rarma_core::act::{ActConfig, ActOrder, Overrides, Policy, Reading};
 /// let mut policy = Policy::new(ActConfig::limits(true, 0.8, 1.2)).unwrap();
 /// let as_programmed = Overrides { spindle: 1.0, feed: 1.0 };
 /// let reading = Reading {
@@ -77,7 +77,7 @@ enum State {
 /// policy.advised(0.0, &[1.4, 0.9]);
 /// // 1.4 lies outside the limits; 0.9 is approached at 0.5 a second.
 /// policy.step(0.0);
-/// let Some(Order::Set(overrides)) = policy.step(0.02).order else { panic!() };
+/// let Some(ActOrder::Set(overrides)) = policy.step(0.02).order else { panic!() };
 /// assert!((overrides.spindle - 0.99).abs() < 1e-9);
 /// ```
 #[derive(Debug, Clone)]
@@ -202,7 +202,7 @@ impl Policy {
         self.answered = false;
         self.said = Some(Said::Ordered(now, to));
         self.now_s = t_s;
-        self.state = State::Ordered(Standing {
+        self.state = State::Ordered(StandingOverride {
             before,
             operator: standing.map_or(reading.operator, |s| s.operator),
             program_hz: standing.map_or(reading.program_hz, |s| s.program_hz),
@@ -256,7 +256,7 @@ impl Policy {
 
     fn ordered(
         &mut self,
-        mut standing: Standing,
+        mut standing: StandingOverride,
         reading: Option<&Reading>,
         t_s: f64,
         dt_s: f64,
@@ -286,7 +286,7 @@ impl Policy {
         if turned {
             self.state = State::Barred;
             return Step {
-                order: Some(Order::Leave),
+                order: Some(ActOrder::Leave),
                 said: Some(Said::Ends(Why::Operator)),
             };
         }
@@ -332,7 +332,7 @@ impl Policy {
         }
         self.state = State::Ordered(standing);
         Step {
-            order: Some(Order::Set(standing.sent)),
+            order: Some(ActOrder::Set(standing.sent)),
             said,
         }
     }
@@ -348,7 +348,7 @@ impl Policy {
         else {
             return Step::default();
         };
-        let give_back = Some(Order::GiveBack(to));
+        let give_back = Some(ActOrder::GiveBack(to));
         let seen = reading.map(|reading| {
             let feed = feed.as_mut().map(|f| f.see(reading.overrides.feed));
             (spindle.see(reading.overrides.spindle), feed)
@@ -369,7 +369,7 @@ impl Policy {
             Some((Seen::Away, _) | (_, Some(Seen::Away))) => {
                 self.state = State::Barred;
                 Step {
-                    order: Some(Order::Leave),
+                    order: Some(ActOrder::Leave),
                     said: Some(Said::Ends(Why::Operator)),
                 }
             }
@@ -397,7 +397,7 @@ impl Policy {
         }
     }
 
-    fn given_up(&mut self, standing: &Standing, t_s: f64, why: Why) -> Step {
+    fn given_up(&mut self, standing: &StandingOverride, t_s: f64, why: Why) -> Step {
         self.give_up(standing, t_s, why);
         Step {
             order: self.standing_order(),
@@ -406,7 +406,7 @@ impl Policy {
     }
 
     /// From now on what was before is ordered.
-    fn give_up(&mut self, standing: &Standing, t_s: f64, why: Why) {
+    fn give_up(&mut self, standing: &StandingOverride, t_s: f64, why: Why) {
         let to = standing.before;
         let now = self.reading.map_or(standing.sent, |(_, r)| r.overrides);
         let watched = standing.feed.is_some();
@@ -421,10 +421,10 @@ impl Policy {
     }
 
     /// The order as it stands.
-    fn standing_order(&self) -> Option<Order> {
+    fn standing_order(&self) -> Option<ActOrder> {
         match &self.state {
-            State::Ordered(standing) => Some(Order::Set(standing.sent)),
-            State::Returning { to, .. } => Some(Order::GiveBack(*to)),
+            State::Ordered(standing) => Some(ActOrder::Set(standing.sent)),
+            State::Returning { to, .. } => Some(ActOrder::GiveBack(*to)),
             State::Watching | State::Barred => None,
         }
     }
