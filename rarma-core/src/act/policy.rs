@@ -1,4 +1,5 @@
-//! The state machine.
+//! The state machine that decides which override of the spindle's speed is ordered, when it is kept,
+//! and when it is given back.
 
 use super::config::{ActConfig, ActError};
 use super::lever::{Lever, SAME, Seen};
@@ -18,7 +19,8 @@ const LISTEN_S: f64 = 1.2;
 /// A measured speed may be off the commanded one by this part: the slip of an asynchronous
 /// motor under load is up to 3 %, and half a step of the override.
 const SLIP: f64 = 0.04;
-/// For so long, s: a spindle of some kW takes half a second for 20 %; twice that.
+/// The measured speed may be further off than [`SLIP`] for this long, s: a spindle of some kW takes
+/// half a second to change its speed by 20 %; twice that.
 const SLIP_S: f64 = 1.0;
 /// A programmed speed that changes by less than this part is the same.
 const SAME_SPEED: f64 = 0.01;
@@ -90,7 +92,8 @@ pub struct Policy {
     sound_s: Option<f64>,
     /// Since when it chatters, s.
     chatter_s: Option<f64>,
-    /// This chatter has had its answer.
+    /// Speeds were proposed for the chatter that is heard now, and none was ordered: they are not asked
+    /// for again.
     answered: bool,
     tries: u32,
     /// To be logged with the next step.

@@ -39,7 +39,7 @@ pub enum State {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Reason {
-    /// Nothing to remark.
+    /// No reason to give.
     None,
     /// The estimator is in its start-up.
     EstimatorStarting,
