@@ -19,7 +19,7 @@ const POINT_MS: u16 = 10;
 /// Messages that wait: more than come in one millisecond.
 const WAITING: usize = 4;
 
-/// See the module.
+/// The duty of the ball bar.
 #[derive(Debug, Default)]
 pub struct BarDuty {
     valve: ValveLoop,

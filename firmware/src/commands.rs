@@ -72,7 +72,7 @@ impl<'a> Came<'a> {
     }
 }
 
-/// See the module.
+/// Receives bytes and gives the commands in them.
 #[derive(Debug, Default)]
 pub(crate) struct Commands {
     deframer: Deframer,

@@ -21,7 +21,7 @@ struct Kept {
     answer: Answer,
 }
 
-/// See the module.
+/// Which host is in control.
 #[derive(Debug)]
 pub(crate) struct Control {
     turn: u32,

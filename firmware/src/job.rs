@@ -22,7 +22,7 @@ pub enum Outcome {
     Refused(Refusal),
 }
 
-/// See the module.
+/// One job.
 #[derive(Debug)]
 pub struct Job<'a, B> {
     board: &'a mut B,

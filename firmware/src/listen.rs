@@ -33,7 +33,7 @@ const RHYTHM: f32 = 0.3;
 /// So many out of rhythm in a row are noise.
 const NOISY_PULSES: u32 = 4;
 
-/// See the module.
+/// The sample duty.
 #[derive(Debug)]
 pub struct Listening {
     fs_hz: f64,

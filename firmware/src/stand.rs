@@ -12,7 +12,7 @@ use rarma_rigs::ldbb::{
 /// Force, N, and length change, m, in the plane.
 type Way = Vec<(f32, f32), JOB_PRESSURES>;
 
-/// See the module.
+/// The duty of the static test.
 #[derive(Debug)]
 pub struct StandDuty {
     test: Standing,

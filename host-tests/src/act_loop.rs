@@ -9,7 +9,7 @@ use hal_sim::plant::sound::{MicrophoneConfig, Pickup};
 use rarma_cli::Failure;
 use rarma_cli::controller::{ActRecord, Actor, Chatter, Controller};
 use rarma_core::Monitor;
-use rarma_core::act::{ActConfig, Order, Overrides, Reading};
+use rarma_core::act::{ActConfig, ActOrder, Overrides, Reading};
 use rarma_core::decide::{AlarmEvent, Label, State};
 use rarma_core::monitor::MonitorConfig;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -101,10 +101,10 @@ impl Controller for SimulatedController {
         Ok(())
     }
 
-    fn order(&mut self, order: Order) -> Result<(), Failure> {
+    fn order(&mut self, order: ActOrder) -> Result<(), Failure> {
         match order {
-            Order::Set(to) | Order::GiveBack(to) => self.spindle().ordered = to,
-            Order::Leave => {}
+            ActOrder::Set(to) | ActOrder::GiveBack(to) => self.spindle().ordered = to,
+            ActOrder::Leave => {}
         }
         Ok(())
     }

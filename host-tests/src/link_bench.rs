@@ -15,7 +15,7 @@ const HEARTBEAT_US: u64 = 100_000;
 /// A frame that was said, and its number.
 pub type Frame = (u32, Vec<u8>);
 
-/// See the module. Its hosts do nothing by themselves but send heartbeats while they are told
+/// A box, two hosts, and whoever sits on the line between. Its hosts do nothing by themselves but send heartbeats while they are told
 /// to.
 pub struct Bench {
     /// The box; its own host is the first.

@@ -5,13 +5,14 @@
 
 use crate::record::{
     Alarm, HistogramRecord, Line, NoticeRecord, Run, SpeedSource, SpindleRecord, SpindleSummary,
-    Summary,
+    State, Summary,
 };
-use crate::standing::Standing;
-use crate::translate::{STATES, decimal, line, notice};
+use crate::standing::StandingAlarm;
+use crate::translate::{decimal, line, notice};
 use rarma_box::wire::{Finished, Refusal, Telemetry};
 use rarma_core::condition::HealthCounts;
 use rarma_core::decide::Histogram;
+use rarma_core::named::Named;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -27,7 +28,7 @@ pub struct Collector {
     order: [usize; 2],
     alarms: Vec<Alarm>,
     /// The last alarm called, if it has not been released.
-    standing: Option<Standing>,
+    standing: Option<StandingAlarm>,
     alarms_left_out: u64,
     notices: Vec<NoticeRecord>,
     notices_left_out: u64,
@@ -84,7 +85,7 @@ impl Collector {
                         zeta_deviation: None,
                         advice: None,
                     };
-                    self.standing = Some(Standing::new(alarm.clone()));
+                    self.standing = Some(StandingAlarm::new(alarm.clone()));
                     return News::On(alarm);
                 } else if let Some(standing) = self.standing.take() {
                     let alarm = Alarm {
@@ -177,7 +178,7 @@ impl Collector {
             && self.order == other.order
             && self.alarms.len() <= MOST_ALARMS
             && self.notices.len() <= MOST_NOTICES
-            && standing.is_none_or(Standing::is_sound)
+            && standing.is_none_or(StandingAlarm::is_sound)
             && self.finished.is_none()
             && self.refused.is_none()
     }
@@ -202,7 +203,7 @@ impl Collector {
         let finished = self.finished?;
         self.keep_standing();
         let mut state_seconds = BTreeMap::new();
-        for (state, samples) in STATES.iter().zip(finished.state_samples) {
+        for (state, samples) in State::ALL.iter().zip(finished.state_samples) {
             if samples > 0 {
                 state_seconds.insert(*state, samples as f64 / self.fs);
             }

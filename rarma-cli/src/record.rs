@@ -8,106 +8,14 @@ mod advice;
 
 pub use advice::{AdviceRecord, HelpRecord, MachineRecord, SpeedRecord, VariationRecord};
 
+pub use rarma_core::condition::{Fault, TachoFault};
+pub use rarma_core::decide::{Amplitude, Label, Origin, Reason, State};
+pub use rarma_core::monitor::SpeedSource;
+
 use rarma_core::decide::{Agreement, Histogram};
-use serde::{Deserialize, Serialize};
+use rarma_core::named::ByName;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::BTreeMap;
-
-/// What the monitor believes at one instant.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum State {
-    /// The estimator has not seen enough signal yet.
-    Starting,
-    /// Nothing is being cut.
-    Idle,
-    /// Cutting, every mode damped.
-    Stable,
-    /// A mode is losing its damping, or is undamped for too short a time to be called.
-    Warning,
-    /// A self-excited mode has been called.
-    Chatter,
-    /// The samples cannot be trusted; nothing is concluded from them.
-    Invalid,
-}
-
-/// Where a mode's vibration comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Label {
-    /// Undamped, and no multiple of the spindle or tooth frequency.
-    SelfExcited,
-    /// A damped resonance of the structure.
-    Structural,
-    /// At a multiple of the spindle or tooth frequency.
-    Forced,
-}
-
-/// Why the state is what it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Reason {
-    /// Nothing to remark.
-    None,
-    /// The estimator has not seen enough signal yet.
-    EstimatorStarting,
-    /// The roots are being searched for anew.
-    RootsLost,
-    /// The level is that of idle.
-    LevelAtIdle,
-    /// The box itself shakes the structure.
-    Excited,
-    /// A mode is undamped and loud, for too short a time to be called.
-    Undamped,
-    /// At its present rate a mode loses its damping soon.
-    LosingDamping,
-    /// A mode is undamped, but something else explains it.
-    ForcedOnly,
-    /// A mode is undamped, and nobody can tell whether it is forced.
-    OriginUnknown,
-    /// The cut has just begun.
-    Entering,
-    /// Samples are NaN or infinite.
-    SamplesNotFinite,
-    /// Samples are missing.
-    SamplesMissing,
-    /// The samples do not move.
-    SamplesStuck,
-    /// The samples are clipped.
-    SamplesClipped,
-    /// A line at a multiple of the speed rose by itself: chatter there cannot be told
-    /// from it.
-    BlindAtMultiple,
-}
-
-/// What else explains a mode's vibration.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Origin {
-    /// Nothing.
-    Free,
-    /// A multiple of the rotation.
-    Rotation,
-    /// The harmonic of a stronger line; only in records of before.
-    Overtone,
-    /// It was there at idle.
-    Background,
-    /// It cannot be told.
-    Unknown,
-}
-
-/// Who says the spindle speed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum SpeedSource {
-    /// Nobody.
-    Unknown,
-    /// The user.
-    Told,
-    /// The lines in the sound.
-    Sound,
-    /// The tacho.
-    Tacho,
-}
 
 /// What is known of the spindle at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -115,27 +23,12 @@ pub struct SpindleRecord {
     /// Speed, 1/min; where nobody told it, this may be the teeth's.
     pub rpm: Option<f64>,
     /// Who says so.
+    #[serde(with = "rarma_core::named")]
     pub source: SpeedSource,
     /// The multiples of the speed are being removed.
     pub locked: bool,
     /// Half-width around each removed multiple in which nothing can be heard, Hz.
     pub notch_hz: f64,
-}
-
-/// What the distribution of a mode's amplitude says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum AmplitudeVerdict {
-    /// Too few independent values.
-    TooShort,
-    /// As of a damped mode driven by noise.
-    Forced,
-    /// Steadier than that, but not certainly self-excited.
-    Suspicious,
-    /// A limit cycle, or a line stronger than the noise.
-    SelfExcited,
-    /// Grows, fades or comes and goes.
-    NotStationary,
 }
 
 /// The amplitude of the followed mode.
@@ -146,7 +39,8 @@ pub struct AmplitudeRecord {
     /// Scintillation S of the squared amplitude: 1 for noise, 0 for a steady tone.
     pub s: f64,
     /// What that means.
-    pub verdict: AmplitudeVerdict,
+    #[serde(with = "rarma_core::named")]
+    pub verdict: Amplitude,
     /// How far S is from noise's, in standard deviations of ln S.
     pub z: f64,
 }
@@ -165,10 +59,12 @@ pub struct ModeRecord {
     /// Peak amplitude of the vibration in the mode, units of the input.
     pub amplitude: f64,
     /// Where the vibration comes from.
+    #[serde(with = "rarma_core::named")]
     pub label: Label,
     /// Multiple of the spindle frequency it sits on, if it does.
     pub harmonic: Option<u32>,
     /// What else explains it.
+    #[serde(with = "rarma_core::named")]
     pub origin: Origin,
     /// Until its damping is gone at the present rate, s; none where that rate is uncertain.
     pub time_left: Option<f64>,
@@ -187,8 +83,10 @@ pub struct Line {
     /// Seconds since the first sample.
     pub t: f64,
     /// The verdict at that instant.
+    #[serde(with = "rarma_core::named")]
     pub state: State,
     /// Why.
+    #[serde(with = "rarma_core::named")]
     pub reason: Reason,
     /// Modes sorted by frequency.
     pub modes: Vec<ModeRecord>,
@@ -239,6 +137,7 @@ pub struct Summary {
     #[serde(default, skip_serializing_if = "is_zero")]
     pub alarms_left_out: u64,
     /// Seconds spent in each state.
+    #[serde(serialize_with = "write_seconds", deserialize_with = "read_seconds")]
     pub state_seconds: BTreeMap<State, f64>,
     /// What was wrong with what is known of the spindle, in order of time, the first 1000.
     pub notices: Vec<NoticeRecord>,
@@ -261,6 +160,15 @@ pub struct Summary {
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
 fn is_zero(n: &u64) -> bool {
     *n == 0
+}
+
+fn write_seconds<S: Serializer>(of: &BTreeMap<State, f64>, to: S) -> Result<S::Ok, S::Error> {
+    to.collect_map(of.iter().map(|(state, s)| (ByName(*state), s)))
+}
+
+fn read_seconds<'de, D: Deserializer<'de>>(from: D) -> Result<BTreeMap<State, f64>, D::Error> {
+    let of = BTreeMap::<ByName<State>, f64>::deserialize(from)?;
+    Ok(of.into_iter().map(|(state, s)| (state.0, s)).collect())
 }
 
 /// Something the user should know of the spindle.
@@ -287,22 +195,9 @@ pub enum NoticeKind {
     /// A fault of the tacho began.
     Tacho {
         /// Which.
+        #[serde(with = "rarma_core::named")]
         fault: TachoFault,
     },
-}
-
-/// What is wrong with the pulses of a tacho.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum TachoFault {
-    /// No pulses.
-    Silent,
-    /// Some are missing.
-    Missing,
-    /// There are too many.
-    Doubled,
-    /// They fit no rhythm.
-    Noisy,
 }
 
 /// The spindle over the whole run.

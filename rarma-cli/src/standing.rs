@@ -9,7 +9,7 @@ const SAME: f64 = 0.06;
 
 /// An alarm that stands, and the damping of its mode in every line since.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(crate) struct Standing {
+pub(crate) struct StandingAlarm {
     /// As it was called, without a middle.
     pub(crate) alarm: Alarm,
     /// Where the mode was last, Hz.
@@ -17,7 +17,7 @@ pub(crate) struct Standing {
     damping: Readings,
 }
 
-impl Standing {
+impl StandingAlarm {
     /// Nothing has been read yet.
     pub(crate) fn new(alarm: Alarm) -> Self {
         Self {
@@ -89,11 +89,11 @@ mod tests {
             zeta_deviation: None,
             advice: None,
         };
-        let mut standing = Standing::new(alarm.clone());
+        let mut standing = StandingAlarm::new(alarm.clone());
         standing.read(&line(&[(300.0, 0.2), (910.0, 0.001)]));
         standing.read(&line(&[(300.0, 0.2)]));
         assert_eq!(
-            Standing {
+            StandingAlarm {
                 damping: standing.damping.clone(),
                 alarm,
                 f: 900.0

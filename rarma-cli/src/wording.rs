@@ -1,6 +1,6 @@
 //! Records in words: the same in lines and on a screen.
 
-use crate::record::{Alarm, NoticeKind, NoticeRecord, State, TachoFault};
+use crate::record::{Alarm, NoticeKind, NoticeRecord, TachoFault};
 use crate::report::damping_words;
 
 /// That an alarm was called.
@@ -40,17 +40,5 @@ pub(crate) fn notice(notice: &NoticeRecord) -> String {
             };
             format!("Warning: at {t:.2} s the tacho {what}.")
         }
-    }
-}
-
-/// A state in one word.
-pub(crate) fn state(state: State) -> &'static str {
-    match state {
-        State::Starting => "starting",
-        State::Idle => "idle",
-        State::Stable => "stable",
-        State::Warning => "warning",
-        State::Chatter => "chatter",
-        State::Invalid => "invalid",
     }
 }

@@ -4,7 +4,7 @@
 
 use rarma_cli::controller::{ActLog, Actor, Chatter, Controller, What};
 use rarma_cli::failure::Failure;
-use rarma_core::act::{ActConfig, Order, Overrides, Reading};
+use rarma_core::act::{ActConfig, ActOrder, Overrides, Reading};
 use rarma_fleet::gateway::journal::{Entry, Journal, Limits};
 use std::path::Path;
 use std::process::{Command, Output};
@@ -388,10 +388,10 @@ impl Controller for Turned {
         Ok(())
     }
 
-    fn order(&mut self, order: Order) -> Result<(), Failure> {
+    fn order(&mut self, order: ActOrder) -> Result<(), Failure> {
         match order {
-            Order::Set(to) | Order::GiveBack(to) => self.override_now = to.spindle,
-            Order::Leave => {}
+            ActOrder::Set(to) | ActOrder::GiveBack(to) => self.override_now = to.spindle,
+            ActOrder::Leave => {}
         }
         Ok(())
     }

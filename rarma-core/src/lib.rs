@@ -58,6 +58,7 @@
 //! | `verdict` | which source made a line: rotation, background, a rung mode, the cut itself |
 //! | `decide` | whether a mode loses its damping, and the alarm |
 //! | `monitor` | all of it, one sample in, one or two sensors |
+//! | `named` | the names of states, reasons, labels and sources in records |
 //! | `advice`, `act` | which speed to turn instead, and when a controller may be told |
 //!
 //! Features: `monitor` (default) is everything but `estimate`, `spectrum` and [`real`]; `serde` lets
@@ -77,6 +78,8 @@ pub mod decide;
 pub mod estimate;
 #[cfg(feature = "monitor")]
 pub mod monitor;
+#[cfg(feature = "monitor")]
+pub mod named;
 #[cfg(feature = "monitor")]
 mod order;
 pub mod prelude;

@@ -1,7 +1,7 @@
 //! A WAV file in memory, read and judged as `rarma monitor` does it.
 
 use rarma_cli::Failure;
-use rarma_recordings::input::{Health, Known, Stream};
+use rarma_recordings::input::{FileHealth, Known, Stream};
 use serde::Serialize;
 use std::fmt;
 use std::path::Path;
@@ -51,7 +51,7 @@ impl Opened {
             Ok(stream)
         };
         let mut stream = open()?;
-        let mut health = Health::new(stream.step);
+        let mut health = FileHealth::new(stream.step);
         let mut row = [Vec::new()];
         while stream.next(&mut row)? {
             row[0].iter().for_each(|x| health.push(*x));
@@ -94,7 +94,7 @@ impl Opened {
 /// # Errors
 /// They are silent, clipped or no numbers, in one line.
 pub fn judge(name: &str, samples: &[f32], fs: f64) -> Result<(), Failure> {
-    let mut health = Health::new(None);
+    let mut health = FileHealth::new(None);
     samples.iter().for_each(|x| health.push(f64::from(*x)));
     let verdict = health.verdict(fs, 0);
     Ok(verdict.map_err(|why| why.in_file(Path::new(name)))?)

@@ -3,7 +3,8 @@
 use rarma_cli::record::{Alarm, Line, ModeRecord, SpindleRecord, State};
 use rarma_cli::report::reason_words;
 use rarma_cli::sound_card::{Level, dbfs};
-use serde::Serialize;
+use rarma_core::named::ByName;
+use serde::{Serialize, Serializer};
 
 /// What is missing.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
@@ -64,6 +65,7 @@ pub struct Point {
     /// The modes.
     pub modes: Vec<ModeRecord>,
     /// The verdict.
+    #[serde(with = "rarma_core::named")]
     pub state: State,
 }
 
@@ -102,6 +104,7 @@ pub struct Heard {
     /// Sound has come.
     pub begun: bool,
     /// The verdict of the last line.
+    #[serde(serialize_with = "by_name")]
     pub state: Option<State>,
     /// Why, in words.
     pub reason: Option<&'static str>,
@@ -117,6 +120,11 @@ pub struct Heard {
     pub level: Option<LevelView>,
     /// What has been drawn since it was asked for last.
     pub points: Vec<Point>,
+}
+
+#[allow(clippy::ref_option, reason = "as serde calls it")]
+fn by_name<S: Serializer>(state: &Option<State>, to: S) -> Result<S::Ok, S::Error> {
+    state.map(ByName).serialize(to)
 }
 
 impl Heard {

@@ -12,7 +12,7 @@ use rarma_box::settings::{COUNT, SETTINGS};
 /// A setting's place in the table is told as a fault's place.
 const _: () = assert!(COUNT <= u8::MAX as usize);
 
-/// See the module.
+/// What was found in the store, and what has been told of it.
 #[derive(Debug)]
 pub(super) struct Findings {
     loaded: Loaded,

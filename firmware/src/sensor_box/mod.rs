@@ -7,8 +7,9 @@
 //! | slow: contacts, sensors, supervisor, set points, watchdog | 1 kHz | 4 ms |
 //! | link | every pass | 10 ms |
 //!
-//! The main loop is `loop { poll; wait }`. A pass that is late is seen by the next one; one
-//! that never ends is seen by the current loop, whose order runs out, and by the watchdog.
+//! The main loop is `loop { poll; wait }`; one turn of it is a pass. A late pass is noticed by the
+//! next one. A pass that never ends is noticed by the current loop, because its order expires and
+//! is not renewed, and by the watchdog.
 
 mod findings;
 mod obey;
@@ -37,7 +38,7 @@ use rarma_rigs::cers::Reach;
 /// One pass of the supervisor, µs.
 const TICK_US: u64 = 1_000;
 
-/// See the module.
+/// The whole box.
 #[derive(Debug)]
 pub struct SensorBox {
     settings: Settings,

@@ -4,7 +4,7 @@ use rarma_box::settings::{COUNT, SETTINGS, Setting};
 
 const BITS: usize = 32;
 
-/// See the module.
+/// A set of settings.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Marks([u32; COUNT.div_ceil(BITS)]);
 

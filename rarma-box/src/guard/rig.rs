@@ -146,7 +146,7 @@ struct Gap {
     closed: InARow,
 }
 
-/// See the module.
+/// Watches the slow signals of the test rigs.
 #[derive(Debug, Clone, Default)]
 pub struct RigWatch {
     heat: [Heat; COILS],

@@ -86,7 +86,7 @@ const GATE_LAG_US: u64 = 3_000;
 /// or a relay that bounces is no hand.
 pub const RELEASED_US: u64 = 50_000;
 
-/// See the module.
+/// Decides which outputs may be energised, and trips them.
 #[derive(Debug, Clone)]
 pub struct Supervisor {
     mode: Mode,

@@ -14,7 +14,7 @@ use super::frame::{FrameError, Head, MAX_FRAME, NO_SESSION, encode_order};
 use super::message::Telemetry;
 use crate::key::LinkKey;
 
-/// See the module.
+/// What a host keeps to send commands to a box.
 #[derive(Debug, Clone)]
 pub struct Speaker {
     own: u32,

@@ -20,7 +20,7 @@ pub enum Arrival {
     Old,
 }
 
-/// See the module.
+/// Which sequence numbers have come.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Window {
     highest: u32,

@@ -7,13 +7,13 @@ use crate::collect::{Collector, News};
 use crate::failure::Failure;
 use crate::output;
 use crate::report::{self, Course, Provenance, ReportInput, Sound};
-use crate::wording;
 use firmware::Job;
 use hal_sim::plant::cut::VirtualCut;
 use hal_sim::plant::truth::Truth;
 use hal_sim::{Microphone, SimBoard};
 use rarma_box::wire::{Deframer, MonitorJob, Telemetry};
 use rarma_core::monitor::MonitorConfig;
+use rarma_core::named::Named;
 use rarma_scenarios::scenario;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -149,7 +149,7 @@ fn play(
                 && state != Some(line.state)
             {
                 state = Some(line.state);
-                let text = format!("{:8.3} s  {}", line.t, wording::state(line.state));
+                let text = format!("{:8.3} s  {}", line.t, line.state.name());
                 bar.suspend(|| say!("{text}"));
             }
         }

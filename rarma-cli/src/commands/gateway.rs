@@ -8,7 +8,7 @@ use crate::{key, signals};
 use rarma_box::wire::{Head, LinkKey, Telemetry};
 use rarma_fleet::gateway::config::Config;
 use rarma_fleet::gateway::link::{Counts, Link, Open};
-use rarma_fleet::gateway::{Gateway, Standing, Weight};
+use rarma_fleet::gateway::{Gateway, GatewayStatus, Weight};
 use rarma_recordings::FrameReader;
 use std::path::Path;
 use std::sync::Arc;
@@ -69,7 +69,7 @@ pub(super) fn main(args: &GatewayArgs) -> Result<u8, Failure> {
     result.map(|()| 0)
 }
 
-fn tell(json: bool, s: &Standing) {
+fn tell(json: bool, s: &GatewayStatus) {
     if json {
         // Numbers only: there is nothing that could not be written.
         say!("{}", serde_json::to_string(s).unwrap_or_default());

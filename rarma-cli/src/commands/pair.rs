@@ -5,9 +5,10 @@ use crate::failure::Failure;
 use crate::record::{ChannelRecord, FaultRecord};
 use firmware::monitor::Telling;
 use rarma_box::wire::{MonitorJob, Telemetry};
-use rarma_core::condition::{Fault, HealthCounts};
+use rarma_core::condition::HealthCounts;
 use rarma_core::decide::ChannelFault;
 use rarma_core::monitor::{MonitorError, PairConfig, PairMonitor, PairReport};
+use rarma_core::named::Named;
 
 /// Stretches without a channel that a summary lists, the first ones.
 const MOST_FAULTS: usize = 1_000;
@@ -112,18 +113,6 @@ pub fn words(channels: &[ChannelRecord]) {
     }
 }
 
-/// The word for what is wrong with a channel.
-pub fn fault_word(fault: ChannelFault) -> &'static str {
-    match fault {
-        ChannelFault::Samples(Fault::NotFinite) => "not-finite",
-        ChannelFault::Samples(Fault::Missing) => "missing",
-        ChannelFault::Samples(Fault::Stuck) => "stuck",
-        ChannelFault::Samples(Fault::Clipped) => "clipped",
-        ChannelFault::Silent => "silent",
-        ChannelFault::Contradicts => "contradicts",
-    }
-}
-
 fn total([a, b]: [HealthCounts; 2]) -> HealthCounts {
     HealthCounts {
         not_finite: a.not_finite.saturating_add(b.not_finite),
@@ -176,7 +165,7 @@ impl Log {
         self.dropped_s += at - on;
         if self.faults.len() < MOST_FAULTS {
             self.faults.push(FaultRecord {
-                fault: fault_word(fault).to_owned(),
+                fault: fault.name().to_owned(),
                 on,
                 off,
             });

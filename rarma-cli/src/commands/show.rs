@@ -17,6 +17,7 @@ use crate::screen::Screen;
 use crate::wording;
 use rarma_box::wire::MonitorJob;
 use rarma_core::decide::Structure;
+use rarma_core::named::Named;
 use serde::Serialize;
 use std::io::{self, Write};
 use std::path::Path;
@@ -286,7 +287,7 @@ pub fn verdict(summary: &Summary) {
     states.sort_by(|a, b| b.1.total_cmp(a.1));
     let words: Vec<String> = states
         .iter()
-        .map(|(state, s)| format!("{} {s:.2} s", wording::state(**state)))
+        .map(|(state, s)| format!("{} {s:.2} s", state.name()))
         .collect();
     say!("Time spent: {}.", words.join(", "));
 }

@@ -9,7 +9,7 @@
 use super::tacho::Tacho;
 use crate::args::{InputArgs, MonitorArgs};
 use crate::failure::Failure;
-use rarma_recordings::input::{self, End, Health, InputError, ReadOptions, Recording, Stream};
+use rarma_recordings::input::{self, End, FileHealth, InputError, ReadOptions, Recording, Stream};
 use std::path::PathBuf;
 
 /// What settings are checked against.
@@ -48,7 +48,7 @@ pub(super) struct Source {
     tacho: Option<Tacho>,
     pulses: Vec<Option<f32>>,
     /// Of a pipe: what there is to say of each channel.
-    judged: Option<Vec<Health>>,
+    judged: Option<Vec<FileHealth>>,
 }
 
 /// A block of samples in step.
@@ -85,7 +85,7 @@ impl Source {
             }
             let end = stream.end()?;
             pictured = told(&stream, &end, &channels, &judged)?;
-            samples = judged.first().map(Health::samples);
+            samples = judged.first().map(FileHealth::samples);
             span = Some(ends.1 - ends.0);
             fs = Some(end.fs);
             stream = opened(args, &channels)?;
@@ -113,7 +113,7 @@ impl Source {
         stream: Stream,
         channels: Vec<usize>,
         known: (usize, Option<u64>, Option<f64>),
-        judged: Option<Vec<Health>>,
+        judged: Option<Vec<FileHealth>>,
     ) -> Result<Self, Failure> {
         let (pictured, samples, span) = known;
         let Some(fs) = stream.fs else {
@@ -172,7 +172,7 @@ impl Source {
             return Ok(());
         };
         let end = self.stream.end()?;
-        self.about.samples = judged.first().map(Health::samples);
+        self.about.samples = judged.first().map(FileHealth::samples);
         told(&self.stream, &end, &self.channels, &judged)?;
         Ok(())
     }
@@ -244,11 +244,14 @@ fn require(stream: &Stream, option: &str, channel: usize, remedy: &str) -> Resul
     )))
 }
 
-fn judges(stream: &Stream, channels: &[usize]) -> Vec<Health> {
-    channels.iter().map(|_| Health::new(stream.step)).collect()
+fn judges(stream: &Stream, channels: &[usize]) -> Vec<FileHealth> {
+    channels
+        .iter()
+        .map(|_| FileHealth::new(stream.step))
+        .collect()
 }
 
-fn judge(judged: &mut [Health], rows: &[Vec<f64>]) {
+fn judge(judged: &mut [FileHealth], rows: &[Vec<f64>]) {
     for (health, row) in judged.iter_mut().zip(rows) {
         row.iter().for_each(|x| health.push(*x));
     }
@@ -263,7 +266,7 @@ fn told(
     stream: &Stream,
     end: &End,
     channels: &[usize],
-    judged: &[Health],
+    judged: &[FileHealth],
 ) -> Result<usize, Failure> {
     for notice in &end.notices {
         eprintln!("{}: {notice}", stream.path.display());

@@ -13,7 +13,7 @@ const KEPT: usize = 16;
 /// Speeds that differ by less have one chart.
 pub(super) const SAME_SPEED: f64 = 0.01;
 
-/// See the module.
+/// Makes and keeps the charts.
 #[derive(Debug)]
 pub struct Charts {
     belief: Arc<Belief>,

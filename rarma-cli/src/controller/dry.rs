@@ -2,7 +2,7 @@
 
 use super::Controller;
 use crate::failure::Failure;
-use rarma_core::act::{Order, Overrides, Reading};
+use rarma_core::act::{ActOrder, Overrides, Reading};
 
 /// Takes the speed that is believed for the programmed one, and every order for done.
 #[derive(Debug, Default)]
@@ -34,7 +34,7 @@ impl Controller for Dry {
         Ok(())
     }
 
-    fn order(&mut self, _: Order) -> Result<(), Failure> {
+    fn order(&mut self, _: ActOrder) -> Result<(), Failure> {
         Ok(())
     }
 

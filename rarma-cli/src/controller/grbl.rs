@@ -10,7 +10,7 @@
 use super::Controller;
 use crate::failure::Failure;
 use crate::port::Port;
-use rarma_core::act::{Order, Overrides, Reading};
+use rarma_core::act::{ActOrder, Overrides, Reading};
 use std::time::{Duration, Instant};
 
 /// Bytes of the protocol: one percent more and less of the speed, and of the feed.
@@ -257,11 +257,11 @@ impl Controller for Grbl {
         Ok(())
     }
 
-    fn order(&mut self, order: Order) -> Result<(), Failure> {
-        self.orders = matches!(order, Order::Set(_));
+    fn order(&mut self, order: ActOrder) -> Result<(), Failure> {
+        self.orders = matches!(order, ActOrder::Set(_));
         match order {
-            Order::Set(to) | Order::GiveBack(to) => self.step(to),
-            Order::Leave => Ok(()),
+            ActOrder::Set(to) | ActOrder::GiveBack(to) => self.step(to),
+            ActOrder::Leave => Ok(()),
         }
     }
 

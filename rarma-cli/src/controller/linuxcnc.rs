@@ -7,7 +7,7 @@
 use super::Controller;
 use crate::failure::Failure;
 use crate::port::Port;
-use rarma_core::act::{Order, Overrides, Reading};
+use rarma_core::act::{ActOrder, Overrides, Reading};
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
 
@@ -184,9 +184,9 @@ impl Controller for LinuxCnc {
         self.say(&Say::Propose(&rpm))
     }
 
-    fn order(&mut self, order: Order) -> Result<(), Failure> {
+    fn order(&mut self, order: ActOrder) -> Result<(), Failure> {
         match order {
-            Order::Set(to) => {
+            ActOrder::Set(to) => {
                 let operator = self.last.and_then(|r| r.operator).filter(|x| *x > 0.0);
                 let factor = to.spindle / operator.unwrap_or(1.0);
                 self.say(&Say::Factor {
@@ -194,7 +194,7 @@ impl Controller for LinuxCnc {
                     feed: self.feed_follows,
                 })
             }
-            Order::GiveBack(_) | Order::Leave => self.say(&Say::Leave(true)),
+            ActOrder::GiveBack(_) | ActOrder::Leave => self.say(&Say::Leave(true)),
         }
     }
 

@@ -18,7 +18,7 @@ pub use linuxcnc::LinuxCnc;
 pub use log::{ActLog, ActRecord, What, words};
 
 use crate::failure::Failure;
-use rarma_core::act::{Order, Reading};
+use rarma_core::act::{ActOrder, Reading};
 
 /// A machine's controller. Every call returns at once.
 pub trait Controller: Send {
@@ -48,7 +48,7 @@ pub trait Controller: Send {
     ///
     /// # Errors
     /// As [`read`](Self::read).
-    fn order(&mut self, order: Order) -> Result<(), Failure>;
+    fn order(&mut self, order: ActOrder) -> Result<(), Failure>;
 
     /// The speed that the listening believes in, turns a second: for those who know no other.
     fn believe(&mut self, spindle_hz: f64);

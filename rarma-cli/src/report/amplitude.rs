@@ -2,7 +2,7 @@
 
 use super::Scene;
 use super::course::Shown;
-use crate::record::AmplitudeVerdict;
+use crate::record::Amplitude;
 use rarma_core::decide::{BINS_REACH, LIMIT_SCINTILLATION, SUSPICIOUS_SCINTILLATION};
 use rarma_pictures::put;
 use rarma_pictures::text::{count, escape, hertz, px, seconds, significant};
@@ -17,29 +17,27 @@ const WORDS: f64 = 592.0;
 const LINE: f64 = 20.0;
 
 /// A verdict in a word.
-pub(super) fn word(verdict: AmplitudeVerdict) -> &'static str {
+pub(super) fn word(verdict: Amplitude) -> &'static str {
     match verdict {
-        AmplitudeVerdict::TooShort => "too short to tell",
-        AmplitudeVerdict::Forced => "noise on a damped mode",
-        AmplitudeVerdict::Suspicious => "steadier than noise",
-        AmplitudeVerdict::SelfExcited => "limit cycle",
-        AmplitudeVerdict::NotStationary => "not stationary",
+        Amplitude::TooShort => "too short to tell",
+        Amplitude::Forced => "noise on a damped mode",
+        Amplitude::Suspicious => "steadier than noise",
+        Amplitude::SelfExcited => "limit cycle",
+        Amplitude::NotStationary => "not stationary",
     }
 }
 
 /// A verdict in a sentence that is broken in two lines.
-fn sentence(verdict: AmplitudeVerdict) -> [&'static str; 2] {
+fn sentence(verdict: Amplitude) -> [&'static str; 2] {
     match verdict {
-        AmplitudeVerdict::TooShort => ["Too few independent values", "for a verdict."],
-        AmplitudeVerdict::Forced => [
+        Amplitude::TooShort => ["Too few independent values", "for a verdict."],
+        Amplitude::Forced => [
             "As of a damped mode that noise drives:",
             "not self-excited.",
         ],
-        AmplitudeVerdict::Suspicious => ["Steadier than noise by itself,", "but not beyond doubt."],
-        AmplitudeVerdict::SelfExcited => ["A limit cycle: the vibration", "sustains itself."],
-        AmplitudeVerdict::NotStationary => {
-            ["Not stationary: it grows, fades,", "or comes and goes."]
-        }
+        Amplitude::Suspicious => ["Steadier than noise by itself,", "but not beyond doubt."],
+        Amplitude::SelfExcited => ["A limit cycle: the vibration", "sustains itself."],
+        Amplitude::NotStationary => ["Not stationary: it grows, fades,", "or comes and goes."],
     }
 }
 

@@ -2,8 +2,9 @@
 
 use super::Provenance;
 use super::tables;
-use super::timeline::{STATES, name};
+use super::timeline::STATES;
 use crate::record::{Alarm, Summary};
+use rarma_core::named::Named;
 use rarma_pictures::put;
 use rarma_pictures::sheet;
 use rarma_pictures::text::{escape, hertz, instant, px, seconds};
@@ -124,13 +125,14 @@ fn bars(all: &[Compared]) -> String {
         let mut heard = all.iter().filter_map(|one| one.heard.as_ref().ok());
         heard.any(|summary| spent(summary, state).is_some())
     };
-    for (state, word) in STATES.into_iter().filter(|(state, _)| there(*state)) {
+    for state in STATES.into_iter().filter(|state| there(*state)) {
+        let word = state.name();
         put!(
             svg,
             r#"<path class="state-{word}" stroke-width="12" d="M{} 38h18"/><text x="{}" y="42" class="legend">{}</text>"#,
             px(x),
             px(x + 24.0),
-            name(state)
+            word
         );
         x += 110.0;
     }
@@ -145,10 +147,11 @@ fn bars(all: &[Compared]) -> String {
             escape(&end_of(&one.name))
         );
         let mut from = BARS.0;
-        for (state, word) in STATES {
+        for state in STATES {
             let Some(spent) = spent(summary, state) else {
                 continue;
             };
+            let word = state.name();
             let to = from + spent / longest * (BARS.1 - BARS.0);
             put!(
                 svg,

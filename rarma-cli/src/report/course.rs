@@ -4,7 +4,7 @@
 use super::moment::{Moment, Moments};
 use crate::collect::News;
 use crate::record::{
-    Alarm, AmplitudeRecord, AmplitudeVerdict, HistogramRecord, Line, Reason, SpeedSource, State,
+    Alarm, Amplitude, AmplitudeRecord, HistogramRecord, Line, Reason, SpeedSource, State,
 };
 use std::collections::BTreeMap;
 
@@ -24,7 +24,7 @@ pub(super) struct Noted {
     /// Speed of the line nearest to its call, 1/min.
     pub(super) rpm: Option<f64>,
     /// What the amplitude said for most of it.
-    pub(super) said: Option<AmplitudeVerdict>,
+    pub(super) said: Option<Amplitude>,
 }
 
 /// An alarm that stands, or has just been released.
@@ -34,7 +34,7 @@ struct Open {
     on: f64,
     off: Option<f64>,
     f: f64,
-    votes: Vec<(i32, f64, AmplitudeVerdict, u32)>,
+    votes: Vec<(i32, f64, Amplitude, u32)>,
 }
 
 /// A histogram that may be shown, and what the amplitude said next to it.
@@ -324,12 +324,11 @@ impl Course {
 impl Open {
     fn vote(&mut self, t: f64, reading: &AmplitudeRecord) {
         let inside = t >= self.on && self.off.is_none_or(|off| t <= off);
-        if !inside || reading.verdict == AmplitudeVerdict::TooShort {
+        if !inside || reading.verdict == Amplitude::TooShort {
             return;
         }
         let key = (reading.f.max(1e-9).ln() * 10.0 * PER_E).round() as i32;
-        let like =
-            |v: &&mut (i32, f64, AmplitudeVerdict, u32)| v.0 == key && v.2 == reading.verdict;
+        let like = |v: &&mut (i32, f64, Amplitude, u32)| v.0 == key && v.2 == reading.verdict;
         let room = self.votes.len() < MOST_VOTES;
         match self.votes.iter_mut().find(like) {
             Some(vote) => vote.3 = vote.3.saturating_add(1),
@@ -341,8 +340,8 @@ impl Open {
     }
 
     /// What was said most often at the alarm's frequency.
-    fn verdict(&self) -> Option<AmplitudeVerdict> {
-        let mut sums: Vec<(AmplitudeVerdict, u64)> = Vec::new();
+    fn verdict(&self) -> Option<Amplitude> {
+        let mut sums: Vec<(Amplitude, u64)> = Vec::new();
         for (_, f, verdict, n) in &self.votes {
             if !same(*f, self.f) {
                 continue;

@@ -53,26 +53,21 @@ fn an_alarm_takes_the_nearest_speed_and_what_was_said_most() {
         &mut course,
         10.5,
         Some(5_000.0),
-        reading(900.0, AmplitudeVerdict::SelfExcited),
+        reading(900.0, Amplitude::SelfExcited),
     );
     say(
         &mut course,
         11.0,
         None,
-        reading(905.0, AmplitudeVerdict::SelfExcited),
+        reading(905.0, Amplitude::SelfExcited),
     );
-    say(
-        &mut course,
-        11.5,
-        None,
-        reading(904.0, AmplitudeVerdict::Forced),
-    );
+    say(&mut course, 11.5, None, reading(904.0, Amplitude::Forced));
     for n in 0..9 {
         say(
             &mut course,
             12.0 + 0.1 * f64::from(n),
             None,
-            reading(1_400.0, AmplitudeVerdict::Forced),
+            reading(1_400.0, Amplitude::Forced),
         );
     }
     (alarm.off, alarm.f) = (Some(13.0), 910.0);
@@ -81,16 +76,16 @@ fn an_alarm_takes_the_nearest_speed_and_what_was_said_most() {
         &mut course,
         14.0,
         Some(6_000.0),
-        reading(910.0, AmplitudeVerdict::Forced),
+        reading(910.0, Amplitude::Forced),
     );
     say(
         &mut course,
         15.0,
         Some(6_000.0),
-        reading(910.0, AmplitudeVerdict::Forced),
+        reading(910.0, Amplitude::Forced),
     );
     let noted = course.noted(0, &alarm).expect("noted");
     assert_eq!(noted.rpm, Some(5_000.0));
-    assert_eq!(noted.said, Some(AmplitudeVerdict::SelfExcited));
+    assert_eq!(noted.said, Some(Amplitude::SelfExcited));
     assert!(course.noted(1, &alarm).is_none());
 }

@@ -3,6 +3,7 @@
 use super::moment::Seen;
 use super::{Scene, band, density, multiples};
 use crate::record::Label;
+use rarma_core::named::Named;
 use rarma_pictures::Axis;
 use rarma_pictures::put;
 use rarma_pictures::text::{hertz, percent, px};
@@ -51,11 +52,7 @@ fn legend(panel: &mut Panel<'_>, extra: &[(String, &str)]) {
         .iter()
         .rev()
         .map(|&label| {
-            let text = match label {
-                Label::SelfExcited => "self-excited",
-                Label::Structural => "structural",
-                Label::Forced => "forced",
-            };
+            let text = label.name();
             let d = mark(label, 0.0, 0.0, 4.0);
             (format!(r#"<path class="{}" d="{d}"/>"#, class(label)), text)
         })

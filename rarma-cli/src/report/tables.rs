@@ -1,9 +1,9 @@
 //! Alarms and settings as tables.
 
 use super::course::ROWS;
-use super::timeline::name;
 use super::{Scene, amplitude};
-use crate::record::{Alarm, Reason, State};
+use crate::record::{Alarm, Fault, Reason, State};
+use rarma_core::named::Named;
 use rarma_pictures::put;
 use rarma_pictures::text::{
     count, escape, hertz, instant, percent, percent_within, seconds, significant, with_unit,
@@ -115,10 +115,10 @@ pub fn reason_words(state: State, reason: Reason) -> &'static str {
         Reason::BlindAtMultiple => {
             "a line of the rotation rose by itself: chatter there would not be told from it"
         }
-        Reason::SamplesNotFinite => "samples are NaN or infinite",
-        Reason::SamplesMissing => "samples are missing",
-        Reason::SamplesStuck => "samples do not move",
-        Reason::SamplesClipped => "samples are clipped",
+        Reason::Samples(Fault::NotFinite) => "samples are NaN or infinite",
+        Reason::Samples(Fault::Missing) => "samples are missing",
+        Reason::Samples(Fault::Stuck) => "samples do not move",
+        Reason::Samples(Fault::Clipped) => "samples are clipped",
     }
 }
 
@@ -138,7 +138,7 @@ pub(super) fn reasons(scene: &Scene<'_>) -> String {
             html,
             "<tr><td>{}</td><td>{}</td><td>{}</td></tr>\n",
             seconds(passed),
-            name(state),
+            state.name(),
             reason_words(state, reason)
         );
     }
@@ -236,7 +236,7 @@ pub(super) fn settings(scene: &Scene<'_>) -> String {
         .state_seconds
         .iter()
         .filter(|(_, t)| t.is_finite() && **t > 0.0)
-        .map(|(state, t)| format!("{} {}", name(*state), seconds(*t)))
+        .map(|(state, t)| format!("{} {}", state.name(), seconds(*t)))
         .collect();
     if !states.is_empty() {
         rows.push(("Time in each state", states.join(", ")));

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::record::{
-    Alarm, AmplitudeRecord, AmplitudeVerdict, HistogramRecord, Label, Line, ModeRecord, Origin,
-    Reason, Run, SpeedSource, SpindleRecord, SpindleSummary, State, Summary,
+    Alarm, Amplitude, AmplitudeRecord, HistogramRecord, Label, Line, ModeRecord, Origin, Reason,
+    Run, SpeedSource, SpindleRecord, SpindleSummary, State, Summary,
 };
 use rarma_core::decide::Histogram;
 
@@ -118,7 +118,7 @@ fn chatter(n: usize) -> Run {
             amplitude: Some(AmplitudeRecord {
                 f: 898.0,
                 s: 0.05,
-                verdict: AmplitudeVerdict::SelfExcited,
+                verdict: Amplitude::SelfExcited,
                 z: -9.0,
             }),
             modes: vec![mode(300.0, 0.001, Label::Forced), mode(898.0, zeta, label)],

@@ -5,6 +5,7 @@
 
 use super::Scene;
 use crate::record::State;
+use rarma_core::named::Named;
 use rarma_pictures::Axis;
 use rarma_pictures::put;
 use rarma_pictures::text::{px, seconds};
@@ -13,30 +14,22 @@ use rarma_pictures::{LEFT, TOP};
 const LANE: f64 = 20.0;
 
 /// Worst on top.
-pub(super) const STATES: [(State, &str); 6] = [
-    (State::Chatter, "chatter"),
-    (State::Warning, "warning"),
-    (State::Stable, "stable"),
-    (State::Idle, "idle"),
-    (State::Starting, "starting"),
-    (State::Invalid, "invalid"),
+pub(super) const STATES: [State; 6] = [
+    State::Chatter,
+    State::Warning,
+    State::Stable,
+    State::Idle,
+    State::Starting,
+    State::Invalid,
 ];
-
-/// Name of a state, as telemetry spells it.
-pub(super) fn name(state: State) -> &'static str {
-    STATES
-        .iter()
-        .find(|(s, _)| *s == state)
-        .map_or("", |(_, name)| *name)
-}
 
 /// Draws the figure.
 pub(super) fn figure(scene: &Scene<'_>) -> String {
     let course = scene.job.course;
     let total = |state| scene.job.summary.state_seconds.get(&state).copied();
-    let shown: Vec<(State, &str)> = STATES
+    let shown: Vec<State> = STATES
         .into_iter()
-        .filter(|(s, _)| {
+        .filter(|s| {
             // The three that a cut goes through are always there to compare.
             matches!(s, State::Chatter | State::Warning | State::Stable)
                 || course.moments().any(|m| m.has(*s))
@@ -46,7 +39,8 @@ pub(super) fn figure(scene: &Scene<'_>) -> String {
     let mut panel = scene.panel(LANE * shown.len() as f64, "(e) State");
     panel.spans();
     let mut spoken = Vec::new();
-    for (i, (state, name)) in shown.iter().enumerate() {
+    for (i, state) in shown.iter().enumerate() {
+        let name = state.name();
         let middle = TOP + LANE * (i as f64 + 0.5);
         let d = runs(scene, &panel.x, *state, middle);
         panel.add(&format!(

@@ -20,4 +20,4 @@ mod told;
 
 pub use config::{ActConfig, ActError};
 pub use policy::Policy;
-pub use told::{Order, Overrides, Reading, Said, Step, Why};
+pub use told::{ActOrder, Overrides, Reading, Said, Step, Why};

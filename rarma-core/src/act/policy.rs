@@ -1,8 +1,9 @@
-//! The state machine.
+//! The state machine that decides which override of the spindle's speed is ordered, when it is kept,
+//! and when it is given back.
 
 use super::config::{ActConfig, ActError};
 use super::lever::{Lever, SAME, Seen};
-use super::told::{Order, Overrides, Reading, Said, Step, Why};
+use super::told::{ActOrder, Overrides, Reading, Said, Step, Why};
 
 /// Without a report for so long the link is lost, s: ten reports of a controller that is asked
 /// twenty times a second. Half would take a busy computer for a cut cable.
@@ -18,7 +19,8 @@ const LISTEN_S: f64 = 1.2;
 /// A measured speed may be off the commanded one by this part: the slip of an asynchronous
 /// motor under load is up to 3 %, and half a step of the override.
 const SLIP: f64 = 0.04;
-/// For so long, s: a spindle of some kW takes half a second for 20 %; twice that.
+/// The measured speed may be further off than [`SLIP`] for this long, s: a spindle of some kW takes
+/// half a second to change its speed by 20 %; twice that.
 const SLIP_S: f64 = 1.0;
 /// A programmed speed that changes by less than this part is the same.
 const SAME_SPEED: f64 = 0.01;
@@ -28,7 +30,7 @@ const RETURN_S: f64 = 2.0;
 const LEAST_CHANGE: f64 = 2.0 * SAME;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Standing {
+struct StandingOverride {
     /// In force before the first order; and the operator's own then.
     before: Overrides,
     operator: Option<f64>,
@@ -50,7 +52,7 @@ struct Standing {
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum State {
     Watching,
-    Ordered(Standing),
+    Ordered(StandingOverride),
     Returning {
         to: Overrides,
         spindle: Lever,
@@ -64,7 +66,7 @@ enum State {
 /// Decides what is ordered. See the [module](super).
 ///
 /// ```
-/// use rarma_core::act::{ActConfig, Order, Overrides, Policy, Reading};
+/// use rarma_core::act::{ActConfig, ActOrder, Overrides, Policy, Reading};
 /// let mut policy = Policy::new(ActConfig::limits(true, 0.8, 1.2)).unwrap();
 /// let as_programmed = Overrides { spindle: 1.0, feed: 1.0 };
 /// let reading = Reading {
@@ -77,7 +79,7 @@ enum State {
 /// policy.advised(0.0, &[1.4, 0.9]);
 /// // 1.4 lies outside the limits; 0.9 is approached at 0.5 a second.
 /// policy.step(0.0);
-/// let Some(Order::Set(overrides)) = policy.step(0.02).order else { panic!() };
+/// let Some(ActOrder::Set(overrides)) = policy.step(0.02).order else { panic!() };
 /// assert!((overrides.spindle - 0.99).abs() < 1e-9);
 /// ```
 #[derive(Debug, Clone)]
@@ -90,7 +92,8 @@ pub struct Policy {
     sound_s: Option<f64>,
     /// Since when it chatters, s.
     chatter_s: Option<f64>,
-    /// This chatter has had its answer.
+    /// Speeds were proposed for the chatter that is heard now, and none was ordered: they are not asked
+    /// for again.
     answered: bool,
     tries: u32,
     /// To be logged with the next step.
@@ -202,7 +205,7 @@ impl Policy {
         self.answered = false;
         self.said = Some(Said::Ordered(now, to));
         self.now_s = t_s;
-        self.state = State::Ordered(Standing {
+        self.state = State::Ordered(StandingOverride {
             before,
             operator: standing.map_or(reading.operator, |s| s.operator),
             program_hz: standing.map_or(reading.program_hz, |s| s.program_hz),
@@ -256,7 +259,7 @@ impl Policy {
 
     fn ordered(
         &mut self,
-        mut standing: Standing,
+        mut standing: StandingOverride,
         reading: Option<&Reading>,
         t_s: f64,
         dt_s: f64,
@@ -286,7 +289,7 @@ impl Policy {
         if turned {
             self.state = State::Barred;
             return Step {
-                order: Some(Order::Leave),
+                order: Some(ActOrder::Leave),
                 said: Some(Said::Ends(Why::Operator)),
             };
         }
@@ -332,7 +335,7 @@ impl Policy {
         }
         self.state = State::Ordered(standing);
         Step {
-            order: Some(Order::Set(standing.sent)),
+            order: Some(ActOrder::Set(standing.sent)),
             said,
         }
     }
@@ -348,7 +351,7 @@ impl Policy {
         else {
             return Step::default();
         };
-        let give_back = Some(Order::GiveBack(to));
+        let give_back = Some(ActOrder::GiveBack(to));
         let seen = reading.map(|reading| {
             let feed = feed.as_mut().map(|f| f.see(reading.overrides.feed));
             (spindle.see(reading.overrides.spindle), feed)
@@ -369,7 +372,7 @@ impl Policy {
             Some((Seen::Away, _) | (_, Some(Seen::Away))) => {
                 self.state = State::Barred;
                 Step {
-                    order: Some(Order::Leave),
+                    order: Some(ActOrder::Leave),
                     said: Some(Said::Ends(Why::Operator)),
                 }
             }
@@ -397,7 +400,7 @@ impl Policy {
         }
     }
 
-    fn given_up(&mut self, standing: &Standing, t_s: f64, why: Why) -> Step {
+    fn given_up(&mut self, standing: &StandingOverride, t_s: f64, why: Why) -> Step {
         self.give_up(standing, t_s, why);
         Step {
             order: self.standing_order(),
@@ -406,7 +409,7 @@ impl Policy {
     }
 
     /// From now on what was before is ordered.
-    fn give_up(&mut self, standing: &Standing, t_s: f64, why: Why) {
+    fn give_up(&mut self, standing: &StandingOverride, t_s: f64, why: Why) {
         let to = standing.before;
         let now = self.reading.map_or(standing.sent, |(_, r)| r.overrides);
         let watched = standing.feed.is_some();
@@ -421,10 +424,10 @@ impl Policy {
     }
 
     /// The order as it stands.
-    fn standing_order(&self) -> Option<Order> {
+    fn standing_order(&self) -> Option<ActOrder> {
         match &self.state {
-            State::Ordered(standing) => Some(Order::Set(standing.sent)),
-            State::Returning { to, .. } => Some(Order::GiveBack(*to)),
+            State::Ordered(standing) => Some(ActOrder::Set(standing.sent)),
+            State::Returning { to, .. } => Some(ActOrder::GiveBack(*to)),
             State::Watching | State::Barred => None,
         }
     }

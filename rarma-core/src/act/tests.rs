@@ -36,17 +36,17 @@ impl Controller {
         }
     }
 
-    fn take(&mut self, order: Order) {
+    fn take(&mut self, order: ActOrder) {
         match order {
             _ if !self.answers => {}
-            Order::Set(to) | Order::GiveBack(to) => {
+            ActOrder::Set(to) | ActOrder::GiveBack(to) => {
                 let step = |x: f64| (100.0 * x).round() / 100.0;
                 self.overrides = Overrides {
                     spindle: step(to.spindle).clamp(self.clamp.0, self.clamp.1),
                     feed: step(to.feed),
                 };
             }
-            Order::Leave => {
+            ActOrder::Leave => {
                 if let Some(own) = self.own {
                     self.overrides.spindle = own;
                 }
@@ -82,7 +82,7 @@ struct Play {
     sounds: bool,
     proposes: Vec<f64>,
     said: Vec<Said>,
-    ordered: Vec<Order>,
+    ordered: Vec<ActOrder>,
 }
 
 impl Play {
@@ -167,7 +167,7 @@ impl Play {
 fn chatter_is_answered_with_a_speed_and_it_is_held() {
     let mut play = Play::holding();
     play.go(20.0);
-    assert!(play.ordered.iter().all(|o| *o == Order::Set(both(0.92))));
+    assert!(play.ordered.iter().all(|o| *o == ActOrder::Set(both(0.92))));
     assert_eq!(play.ordered.len(), 1000, "said again for the dead man");
     play.policy.end(play.t_s);
     play.go(0.5).ends(Why::Ended);
@@ -182,7 +182,7 @@ fn the_override_changes_no_faster_than_the_rate() {
     play.go(0.5);
     let mut last = 1.0;
     for order in &play.ordered {
-        let Order::Set(to) = order else {
+        let ActOrder::Set(to) = order else {
             panic!("{order:?}")
         };
         assert!((to.spindle - last).abs() <= 0.5 * STEP_S + 1e-9);
@@ -276,7 +276,7 @@ fn the_operator_wins_wherever_he_turns_it() {
         let mut play = Play::holding();
         play.controller.overrides.spindle = spindle;
         play.go(0.1).ends(Why::Operator);
-        assert_eq!(play.ordered.last(), Some(&Order::Leave));
+        assert_eq!(play.ordered.last(), Some(&ActOrder::Leave));
         assert_eq!(play.controller.overrides.spindle, spindle);
         play.is_barred();
         assert_eq!(play.controller.overrides.spindle, spindle);
@@ -534,8 +534,8 @@ proptest! {
             play.go(seconds);
             for order in &play.ordered[first..] {
                 let to = match order {
-                    Order::Set(to) | Order::GiveBack(to) => *to,
-                    Order::Leave => continue,
+                    ActOrder::Set(to) | ActOrder::GiveBack(to) => *to,
+                    ActOrder::Leave => continue,
                 };
                 prop_assert!(act, "{order:?}");
                 let inside = to.spindle >= LIMITS.0 && to.spindle <= LIMITS.1;

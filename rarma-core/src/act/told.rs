@@ -51,7 +51,7 @@ impl Reading {
 
 /// What the controller is to be told.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Order {
+pub enum ActOrder {
     /// Set these. Said again and again while it stands, for the controller's dead man.
     Set(Overrides),
     /// Go back to these, which were in force before the first order.
@@ -112,7 +112,7 @@ pub enum Said {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Step {
     /// To be sent.
-    pub order: Option<Order>,
+    pub order: Option<ActOrder>,
     /// To be logged.
     pub said: Option<Said>,
 }

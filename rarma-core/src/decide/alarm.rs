@@ -16,7 +16,7 @@ use crate::real::Real;
 use crate::visit::state;
 
 /// What the monitor believes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum State {
@@ -26,11 +26,11 @@ pub enum State {
     Idle,
     /// Cutting; every mode is damped.
     Stable,
-    /// A mode is losing its damping.
+    /// A mode is losing its damping, or is undamped for too short a time to be called.
     Warning,
-    /// Chatter.
+    /// Chatter: a self-excited mode has been called.
     Chatter,
-    /// The samples cannot be trusted.
+    /// The samples cannot be trusted; nothing is concluded from them.
     Invalid,
 }
 
@@ -39,7 +39,7 @@ pub enum State {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Reason {
-    /// Nothing to remark.
+    /// No reason to give.
     None,
     /// The estimator is in its start-up.
     EstimatorStarting,
@@ -69,7 +69,7 @@ pub enum Reason {
 
 /// The standing alarm.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Standing<T> {
+pub struct AlarmInForce<T> {
     /// Place of the mode among the tracked ones.
     pub slot: usize,
     /// Power-weighted mean frequency since the call, Hz; of the majority of the lines once one
@@ -88,7 +88,7 @@ pub struct Standing<T> {
     line_s: Option<T>,
 }
 
-state! { Standing<T> {
+state! { AlarmInForce<T> {
     slot, frequency, lowest_damping, mean_amplitude, weight, over_s, explained_s,
     undamped_s, back_s, line_s
 } }
@@ -97,7 +97,7 @@ state! { Standing<T> {
 /// damping that is smeared by modulation.
 pub const ESTABLISHED_S: f64 = 0.5;
 
-impl<T: Real> Standing<T> {
+impl<T: Real> AlarmInForce<T> {
     /// The mode has been undamped for [`ESTABLISHED_S`] in all.
     pub fn is_established(&self) -> bool {
         self.undamped_s >= T::from_f64(ESTABLISHED_S)
@@ -156,9 +156,9 @@ pub struct Callers<'a, T> {
 #[derive(Debug, Clone)]
 pub struct Alarm<T> {
     config: AlarmConfig<T>,
-    standing: Option<Standing<T>>,
+    standing: Option<AlarmInForce<T>>,
     /// The alarm before, and for how long it is still remembered, s.
-    before: Option<(Standing<T>, T)>,
+    before: Option<(AlarmInForce<T>, T)>,
 }
 
 state! { Alarm<T> {
@@ -186,7 +186,7 @@ const BACK_S: f64 = 0.03;
 const AFTERGLOW_S: f64 = 1.0;
 
 /// The mode is where the alarm is.
-fn is_near<T: Real>(alarm: &Standing<T>, mode: &Mode<T>) -> bool {
+fn is_near<T: Real>(alarm: &AlarmInForce<T>, mode: &Mode<T>) -> bool {
     (mode.frequency - alarm.frequency).abs() < alarm.frequency * T::from_f64(SAME_MODE)
 }
 
@@ -206,7 +206,7 @@ impl<T: Real> Alarm<T> {
     }
 
     /// The alarm that stands, if one does.
-    pub fn standing(&self) -> Option<&Standing<T>> {
+    pub fn standing(&self) -> Option<&AlarmInForce<T>> {
         self.standing.as_ref()
     }
 
@@ -244,7 +244,7 @@ impl<T: Real> Alarm<T> {
         }
         let damping = nearest.map_or(T::ZERO, |(_, mode)| mode.damping);
         let amplitude = nearest.map_or(T::ZERO, |(_, mode)| mode.amplitude);
-        self.standing = Some(Standing {
+        self.standing = Some(AlarmInForce {
             slot: nearest.map_or(0, |(slot, _)| slot),
             frequency: line_hz,
             lowest_damping: damping,
@@ -279,7 +279,7 @@ impl<T: Real> Alarm<T> {
         let Some((slot, mode)) = loudest else {
             return AlarmEvent::None;
         };
-        self.standing = Some(Standing {
+        self.standing = Some(AlarmInForce {
             slot,
             frequency: mode.frequency,
             lowest_damping: mode.damping,
@@ -308,7 +308,7 @@ impl<T: Real> Alarm<T> {
 
     fn follow(
         &mut self,
-        mut s: Standing<T>,
+        mut s: AlarmInForce<T>,
         modes: &[Option<Mode<T>>],
         line_hz: Option<T>,
         period_s: T,
@@ -393,7 +393,7 @@ impl<T: Real> Alarm<T> {
 
     /// The alarm's mode keeps its place; if that place has gone elsewhere, the
     /// loudest mode close to the alarm's frequency takes over.
-    fn locate(&self, s: &Standing<T>, modes: &[Option<Mode<T>>]) -> usize {
+    fn locate(&self, s: &AlarmInForce<T>, modes: &[Option<Mode<T>>]) -> usize {
         let near = |mode: &Mode<T>| is_near(s, mode);
         let mut best = s.slot;
         let mut loudness = match modes.get(s.slot) {

@@ -26,7 +26,7 @@ pub use agreement::{
     AGREE_LEAST, AGREE_MOST, AGREE_SDS, Agreement, JOINT_SUSPICION, jointly_suspicious, partner,
     same_mode, surer, unexplained,
 };
-pub use alarm::{Alarm, AlarmEvent, Callers, ESTABLISHED_S, Reason, Standing, State};
+pub use alarm::{Alarm, AlarmEvent, AlarmInForce, Callers, ESTABLISHED_S, Reason, State};
 pub use channels::{
     CONTRADICTION_S, CONTRADICTION_SDS, ChannelFault, ChannelWatch, Dropped, Hearing, MOVED_RATIO,
     SILENT_RATIO, STILL_RATIO, TAKEN_BACK_S,

@@ -22,13 +22,13 @@ const FORGET_S: f64 = 5.0;
 const ROSE_S: f64 = 1.0;
 /// A mode that has lost its damping is louder than it was by this factor, in power.
 const GROWN: f64 = 4.0;
-/// Undamped is news where a mode was seen damped for so long, s, or is louder than it was
-/// damped by this factor (3 dB), in power …
+/// An undamped mode counts as a change if it was seen damped before for at least this long, s, or
+/// if its power is now this many times (3 dB) what it was while it was damped …
 const LONG_S: f64 = 0.8;
 const LOUDER: f64 = 2.0;
-/// … and where it has always had little damping, if it is louder than its mean by this
-/// factor. Noise alone makes it so by chance in one of 10⁶ independent moments, and as the
-/// mean is one of a few moments only, in one of some hundreds.
+/// … and, if it has always had little damping, only if its power is this many times its mean.
+/// Noise alone exceeds that in one of 10⁶ independent moments; because the mean is that of a few
+/// moments only, in one of some hundreds.
 const BURST: f64 = 14.0;
 /// Not seen damped for so long, s, by any pole pair, a mode has lost its damping.
 const GONE_S: f64 = 0.05;

@@ -10,10 +10,10 @@ use crate::spectrum::{LOCKIN_TAU_S, LockIn, Modal, ModalDeviation};
 use crate::verdict::Verdict;
 use crate::visit::state;
 
-/// Part of the threshold that counts for a mode that may always have had so little damping.
+/// The threshold is multiplied by this for a mode that may always have had little damping.
 const NO_NEWS: f64 = 0.25;
-/// A line's frequency is averaged for so long, s; one that jumps by more than this part of
-/// it is another one.
+/// Time constant of the average of a line's frequency, s; and the relative change of frequency
+/// above which it is taken for another line.
 const LINE_TAU_S: f64 = 0.06;
 const SAME_LINE: f64 = 0.01;
 
@@ -78,7 +78,8 @@ pub(super) struct Surroundings<'a, T> {
     /// The band is louder than it was, and that not because a cut has just begun, when
     /// forced lines come up as well.
     pub(super) louder: bool,
-    /// The lines go by a speed, and may call.
+    /// The speed of the spindle is told or heard. Then lines of the spectrum are compared with its
+    /// multiples, and a line may call an alarm.
     pub(super) knows_speed: bool,
     /// Time since the last decision, s.
     pub(super) period_s: T,
@@ -154,8 +155,9 @@ impl<T: Real> Slot<T> {
         let is_news = steady || places.is_news(frequency, here, around.idle_known, around.config);
         let most = around.config.threshold * T::from_f64(if is_news { 1.0 } else { NO_NEWS });
         self.test.steer(angle, most, usual);
-        // What was on a multiple leaves it half as many standard deviations later: many
-        // times a second a line would leave it by chance.
+        // A mode that was on a multiple of the speed still counts as on it within 1.5 times the
+        // usual number of standard deviations: else it would leave the multiple by chance many
+        // times a second.
         let spread = if self.track.was_on_rotation() {
             sd.frequency * T::from_f64(1.5)
         } else {

@@ -3,7 +3,7 @@
 
 use super::comb::Powers;
 use super::evidence::Sight;
-use super::lines::{CANDIDATES, Line};
+use super::lines::{CANDIDATES, SpectrumLine};
 use super::{Judgement, Verdict};
 use crate::real::Real;
 
@@ -48,7 +48,12 @@ impl<T: Real> Verdict<T> {
     }
 
     /// Two candidates are of one family: near each other, or sidebands.
-    fn are_family(&self, line: &Line<T>, other: &Line<T>, spacing_hz: Option<T>) -> bool {
+    fn are_family(
+        &self,
+        line: &SpectrumLine<T>,
+        other: &SpectrumLine<T>,
+        spacing_hz: Option<T>,
+    ) -> bool {
         let same = (self.resolution_hz * T::from_f64(SAME))
             .max(self.breadth * T::from_f64(SIDEBANDS) * line.f_hz);
         let off = |f: T, spacing: T| {
@@ -64,7 +69,7 @@ impl<T: Real> Verdict<T> {
 
     /// Power of a candidate's family that the rotation does not explain, and the frequency of
     /// the strongest of it.
-    fn family(&self, line: &Line<T>, spacing_hz: Option<T>) -> (T, T) {
+    fn family(&self, line: &SpectrumLine<T>, spacing_hz: Option<T>) -> (T, T) {
         let (mut sum, mut strongest) = (T::ZERO, (T::ZERO, line.f_hz));
         for (other, forced) in self.lines.candidates().iter().zip(self.forced) {
             if self.are_family(line, other, spacing_hz) {
@@ -150,7 +155,12 @@ impl<T: Real> Verdict<T> {
 
     /// What is seen of candidate `k`, the power of its family, and the frequency of the strongest
     /// of it.
-    pub(super) fn see(&self, k: usize, line: &Line<T>, scene: &Scene<T>) -> (Sight<T>, (T, T)) {
+    pub(super) fn see(
+        &self,
+        k: usize,
+        line: &SpectrumLine<T>,
+        scene: &Scene<T>,
+    ) -> (Sight<T>, (T, T)) {
         let of = T::from_f64;
         let k = k.min(CANDIDATES - 1);
         let log_odds = |part: T| (part / (T::ONE - part)).ln();

@@ -22,7 +22,7 @@ const FAINT: f64 = 3e-4;
 
 /// One line of a spectrum.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Line<T> {
+pub(super) struct SpectrumLine<T> {
     pub(super) bin: usize,
     /// Frequency, Hz.
     pub(super) f_hz: T,
@@ -32,7 +32,7 @@ pub(super) struct Line<T> {
     pub(super) visible: bool,
 }
 
-state! { Line<T> {
+state! { SpectrumLine<T> {
     bin, f_hz, power, visible;
     where *bin < FRAME
 } }
@@ -81,7 +81,7 @@ impl<T: Real> Strongest<T> {
 pub(super) struct Lines<T> {
     strongest: Strongest<T>,
     first_turns: Strongest<T>,
-    lines: [Line<T>; LINES],
+    lines: [SpectrumLine<T>; LINES],
     count: usize,
     candidates: usize,
 }
@@ -96,7 +96,7 @@ impl<T: Real> Lines<T> {
     pub(super) const BLANK: Self = Self {
         strongest: Strongest::BLANK,
         first_turns: Strongest::BLANK,
-        lines: [Line {
+        lines: [SpectrumLine {
             bin: 0,
             f_hz: T::ZERO,
             power: T::ZERO,
@@ -106,11 +106,11 @@ impl<T: Real> Lines<T> {
         candidates: 0,
     };
 
-    pub(super) fn all(&self) -> &[Line<T>] {
+    pub(super) fn all(&self) -> &[SpectrumLine<T>] {
         &self.lines[..self.count.min(LINES)]
     }
 
-    pub(super) fn candidates(&self) -> &[Line<T>] {
+    pub(super) fn candidates(&self) -> &[SpectrumLine<T>] {
         &self.lines[..self.candidates.min(CANDIDATES)]
     }
 
@@ -168,7 +168,7 @@ impl<T: Real> Lines<T> {
 }
 
 /// A peak is no part of a line that is picked already, nor its window's doing.
-fn is_apart<T: Real>(picked: &[Line<T>], frame: &Frame<T>, bin: usize, p: T) -> bool {
+fn is_apart<T: Real>(picked: &[SpectrumLine<T>], frame: &Frame<T>, bin: usize, p: T) -> bool {
     picked.iter().all(|other| {
         let apart = bin.abs_diff(other.bin);
         let near = 2 * apart < LEAK.0 * frame.half;
@@ -177,7 +177,7 @@ fn is_apart<T: Real>(picked: &[Line<T>], frame: &Frame<T>, bin: usize, p: T) -> 
 }
 
 /// The line at a peak; its frequency by a parabola through the logarithms.
-fn line<T: Real>(frame: &Frame<T>, bin: usize, floor: T) -> Line<T> {
+fn line<T: Real>(frame: &Frame<T>, bin: usize, floor: T) -> SpectrumLine<T> {
     let half = T::from_f64(0.5);
     let ln = |k: usize| (frame.power(k) + T::from_f64(1e-30)).ln();
     let (a, b, c) = (ln(bin - 1), ln(bin), ln(bin + 1));
@@ -188,7 +188,7 @@ fn line<T: Real>(frame: &Frame<T>, bin: usize, floor: T) -> Line<T> {
         T::ZERO
     };
     let power = frame.line_power(bin).min(frame.total);
-    Line {
+    SpectrumLine {
         bin,
         f_hz: (T::from_u32(bin as u32) + off) * frame.bin_hz,
         power,

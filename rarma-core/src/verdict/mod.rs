@@ -84,7 +84,7 @@ pub struct Judgement<T> {
 state! { Judgement<T> { evidence, f_hz, chatter, forced, part, over_idle_db, spindle_hz } }
 
 impl<T: Real> Judgement<T> {
-    /// Of no window.
+    /// Nothing has been judged.
     pub(crate) const NONE: Self = Self {
         evidence: T::ZERO,
         f_hz: T::ZERO,

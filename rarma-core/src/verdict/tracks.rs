@@ -2,7 +2,7 @@
 
 use super::belief::sigmoid;
 use super::frame::HOP_S;
-use super::lines::{CANDIDATES, Line};
+use super::lines::{CANDIDATES, SpectrumLine};
 use crate::real::Real;
 use crate::visit::state;
 
@@ -106,7 +106,7 @@ impl<T: Real> Tracks<T> {
     };
 
     /// Finds the track of each candidate, or begins one; forgets those that have gone.
-    pub(super) fn follow(&mut self, candidates: &[Line<T>], resolution_hz: T, doubt: T) {
+    pub(super) fn follow(&mut self, candidates: &[SpectrumLine<T>], resolution_hz: T, doubt: T) {
         for track in &mut self.tracks {
             track.seen = false;
         }

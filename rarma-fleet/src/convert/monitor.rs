@@ -4,6 +4,7 @@ use super::{ConvertError, list, number, text};
 use crate::record::{
     Advice, AlarmCalled, AlarmReleased, Body, Name, OdrStatistics, Speed, State, Utc, Verdict,
 };
+use rarma_core::named::Named;
 use serde_json::Value;
 
 /// Most speeds of an advice in a record.
@@ -27,8 +28,8 @@ fn stretches(summary: &Value, start: Utc) -> Result<Vec<(Utc, Body)>, ConvertErr
     let seconds = summary["state_seconds"].as_object();
     let seconds = seconds.ok_or_else(|| ConvertError::Field("state_seconds".to_owned()))?;
     let stretch = |(state, seconds): (&String, &Value)| {
-        let state: State = serde_json::from_value(Value::String(state.clone()))
-            .map_err(|_| ConvertError::Field(format!("state {state}")))?;
+        let state =
+            State::of_name(state).ok_or_else(|| ConvertError::Field(format!("state {state}")))?;
         let seconds = seconds
             .as_f64()
             .ok_or_else(|| ConvertError::Field("state_seconds".to_owned()))?;

@@ -15,6 +15,7 @@ use super::words;
 use crate::record::{Body, Name, Record, Utc, settings_hash, to_line};
 use rarma_box::guard::FaultRecord;
 use rarma_box::wire::{Answer, Head, Identity, LinkKey, Telemetry};
+use rarma_core::named::Named;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -236,12 +237,9 @@ impl BoxThread {
         let number = |x: f32| Some(Value::Number(words::decimal(x)));
         match message {
             Telemetry::Verdict(v) => {
-                let state = words::state(v.state).name();
+                let state = v.state.name();
                 live.set(OfBox::State, Some(Value::Text(state.to_owned())));
-                live.set(
-                    OfBox::Reason,
-                    Some(Value::Text(words::reason(v.reason).to_string())),
-                );
+                live.set(OfBox::Reason, Some(Value::Text(v.reason.name().to_owned())));
                 live.set(OfBox::Level, number(v.level));
                 let least = v
                     .modes

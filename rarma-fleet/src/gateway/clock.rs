@@ -47,7 +47,7 @@ struct Least {
     offset_s: f64,
 }
 
-/// See the module.
+/// Converts times of one box's clock to UTC.
 #[derive(Debug, Clone)]
 pub struct BoxClock {
     /// Differences are taken from here, so that doubles hold them to a microsecond.

@@ -23,7 +23,7 @@ pub use under_way::{UnderWay, Whose};
 /// not part a stretch: the state on both sides of them is known, and the same.
 pub const GAP_S: f64 = 2.0;
 
-/// See the module.
+/// Makes records of one box's frames.
 #[derive(Debug)]
 pub struct Condenser {
     /// What stands in the head of records from now on.

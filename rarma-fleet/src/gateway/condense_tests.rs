@@ -6,6 +6,7 @@ use proptest::prelude::*;
 use rarma_box::wire::{AlarmMessage, SpindleMessage, VERSION};
 use rarma_core::decide;
 use rarma_core::monitor::SpeedSource;
+use rarma_core::named::Named;
 use std::collections::BTreeMap;
 
 const FS_HZ: f64 = 48_000.0;
@@ -16,7 +17,7 @@ fn at(seconds: f64) -> Utc {
         .plus_s(seconds)
 }
 
-fn verdict(t: f64, state: decide::State) -> Telemetry {
+fn verdict(t: f64, state: State) -> Telemetry {
     let mut modes = heapless::Vec::new();
     modes
         .push(rarma_box::wire::ModeMessage {
@@ -94,9 +95,9 @@ fn frames(states: &[bool]) -> Vec<(u32, f64, Telemetry)> {
             verdict(
                 t,
                 if chatter {
-                    decide::State::Chatter
+                    State::Chatter
                 } else {
-                    decide::State::Stable
+                    State::Stable
                 },
             ),
         );
@@ -206,14 +207,14 @@ fn a_restart_of_the_box_is_a_hole_and_ends_the_alarm() {
     for (k, t) in [0.0, 1.0, 2.0].into_iter().enumerate() {
         let _ = condenser.take(
             head(7, k as u32),
-            &verdict(t, decide::State::Chatter),
+            &verdict(t, State::Chatter),
             at(t),
             &mut with,
         );
     }
     let fault = condenser.take(
         head(8, 0),
-        &verdict(0.0, decide::State::Starting),
+        &verdict(0.0, State::Starting),
         at(30.0),
         &mut with,
     );
@@ -232,16 +233,11 @@ fn a_monitor_started_anew_in_the_same_run_is_named() {
     let mut with = |_| count += 1;
     let _ = condenser.take(
         head(7, 1),
-        &verdict(100.0, decide::State::Stable),
+        &verdict(100.0, State::Stable),
         at(0.0),
         &mut with,
     );
-    let fault = condenser.take(
-        head(7, 2),
-        &verdict(1.0, decide::State::Stable),
-        at(1.0),
-        &mut with,
-    );
+    let fault = condenser.take(head(7, 2), &verdict(1.0, State::Stable), at(1.0), &mut with);
     assert!(matches!(fault, Some(ClockFault::BoxBack { .. })));
 }
 
@@ -257,17 +253,17 @@ fn records_have_the_tool_that_was_told_while_they_lasted() {
         let _ = condenser.take(head(7, sequence), &frame, at(t), &mut |r| records.push(r));
     };
     let tool = |name: &str| Some(Name::new(name).unwrap());
-    say(&mut condenser, 1, 0.0, decide::State::Stable);
+    say(&mut condenser, 1, 0.0, State::Stable);
     condenser.whose.tool = tool("T1");
-    say(&mut condenser, 1, 1.0, decide::State::Stable);
-    say(&mut condenser, 1, 2.0, decide::State::Idle);
+    say(&mut condenser, 1, 1.0, State::Stable);
+    say(&mut condenser, 1, 2.0, State::Idle);
     condenser.whose.tool = tool("T2");
-    say(&mut condenser, 1, 3.0, decide::State::Stable);
-    say(&mut condenser, 1, 4.0, decide::State::Stable);
+    say(&mut condenser, 1, 3.0, State::Stable);
+    say(&mut condenser, 1, 4.0, State::Stable);
     // Not heard for a while, in which the tool is changed.
     condenser.whose.tool = tool("T3");
-    say(&mut condenser, 90, 94.0, decide::State::Chatter);
-    say(&mut condenser, 1, 95.0, decide::State::Idle);
+    say(&mut condenser, 90, 94.0, State::Chatter);
+    say(&mut condenser, 1, 95.0, State::Idle);
     let kinds: Vec<(f64, &str, Option<&str>)> = records
         .iter()
         .map(|r| {
@@ -304,7 +300,7 @@ fn what_is_lost_between_two_states_is_not_heard() {
         let frame = verdict(t, state);
         let _ = condenser.take(head(7, sequence), &frame, at(t), &mut |r| records.push(r));
     };
-    let (stable, idle) = (decide::State::Stable, decide::State::Idle);
+    let (stable, idle) = (State::Stable, State::Idle);
     say(1, 0.0, stable);
     say(1, 1.0, stable);
     say(2, 3.0, stable);

@@ -68,7 +68,7 @@ struct Node {
     asked: Option<Instant>,
 }
 
-/// See the module.
+/// Takes the records of a group of gateways.
 #[derive(Debug)]
 pub struct Receiver {
     group: String,

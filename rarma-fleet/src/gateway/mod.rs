@@ -52,7 +52,7 @@ const BATCHES: usize = 256;
 
 /// How the gateway stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
-pub struct Standing {
+pub struct GatewayStatus {
     /// Boxes in the file.
     pub boxes: usize,
     /// Boxes that are heard.
@@ -207,7 +207,7 @@ impl Gateway {
 
     /// How it stands.
     #[must_use]
-    pub fn standing(&self) -> Standing {
+    pub fn standing(&self) -> GatewayStatus {
         let count = |metric| {
             let of = |shared: &Arc<Shared>| match shared.live().get(metric) {
                 Some(Value::Count(count)) => *count,
@@ -218,7 +218,7 @@ impl Gateway {
         let heard = self.shared.iter().filter(|s| s.live().here).count();
         let (frames, frames_missing) = (count(OfBox::Frames), count(OfBox::Missing));
         let journal = writing::lock(&self.journal);
-        Standing {
+        GatewayStatus {
             boxes: self.shared.len(),
             heard,
             last: journal.last(),

@@ -22,7 +22,7 @@ pub enum Weight {
 /// Where lines go to.
 pub type Tell = Arc<dyn Fn(Weight, &str) + Send + Sync>;
 
-/// See the module. Clones share what was said.
+/// Tells lines to whoever runs the gateway. Clones share what was said.
 #[derive(Clone)]
 pub(super) struct Notices {
     said: Arc<Mutex<Said>>,

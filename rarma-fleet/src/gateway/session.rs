@@ -74,7 +74,7 @@ pub enum HostSays {
     Offline,
 }
 
-/// See the module.
+/// The state of one edge node at its broker.
 #[derive(Debug)]
 pub struct Session {
     group: String,

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 /// A speed or a number of teeth that is older than this is not told any more.
 pub(super) const FRESH: Duration = Duration::from_secs(10);
 
-/// See the module.
+/// The newest of each kind that a controller has told.
 #[derive(Debug, Default)]
 pub(super) struct Slots {
     of: [Option<(Told, Instant)>; Told::KINDS],

@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 /// An answer that has not come after this long does not come.
 const ANSWER: Duration = Duration::from_secs(2);
 
-/// See the module.
+/// Sends commands to one box, one at a time.
 pub(super) struct Speaking {
     speaker: Speaker,
     waiting: Option<(u32, Command, Instant)>,

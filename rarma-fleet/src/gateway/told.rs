@@ -19,7 +19,7 @@ pub const MOST_RPM: f64 = 300_000.0;
 /// Most teeth that are believed: what the box's setting takes.
 pub const MOST_TEETH: u32 = 1000;
 
-/// See the module.
+/// One thing that a controller tells.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Told {
     /// The spindle turns so fast, 1/min; 0: it is not known. It counts from the next sample on.

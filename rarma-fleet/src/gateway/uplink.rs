@@ -42,7 +42,7 @@ pub(super) struct Ward {
     pub shared: Arc<Shared>,
 }
 
-/// See the module.
+/// The connection to the broker.
 pub(super) struct Uplink {
     broker: Broker,
     transport: Transport,

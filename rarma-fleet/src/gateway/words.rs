@@ -1,9 +1,7 @@
 //! What a box says, in the words of records.
 
-use crate::record::{Label, Mode, Name, State};
+use crate::record::{Mode, Name};
 use rarma_box::wire::ModeMessage;
-use rarma_core::condition::Fault;
-use rarma_core::decide;
 
 /// A single as the double with the same shortest digits: 0.02 stays 0.02. What is no number is 0.
 pub fn decimal(x: f32) -> f64 {
@@ -24,40 +22,6 @@ pub fn name(text: &str) -> Name {
     Name::new(text).expect("a name of letters")
 }
 
-pub fn state(state: decide::State) -> State {
-    match state {
-        decide::State::Starting => State::Starting,
-        decide::State::Idle => State::Idle,
-        decide::State::Stable => State::Stable,
-        decide::State::Warning => State::Warning,
-        decide::State::Chatter => State::Chatter,
-        decide::State::Invalid => State::Invalid,
-    }
-}
-
-/// As the monitor's JSON spells a reason.
-pub fn reason(reason: decide::Reason) -> Name {
-    name(match reason {
-        decide::Reason::None => "none",
-        decide::Reason::EstimatorStarting => "estimator-starting",
-        decide::Reason::RootsLost => "roots-lost",
-        decide::Reason::LevelAtIdle => "level-at-idle",
-        decide::Reason::Excited => "excited",
-        decide::Reason::Undamped => "undamped",
-        decide::Reason::LosingDamping => "losing-damping",
-        decide::Reason::ForcedOnly => "forced-only",
-        decide::Reason::OriginUnknown => "origin-unknown",
-        decide::Reason::Entering => "entering",
-        decide::Reason::BlindAtMultiple => "blind-at-multiple",
-        decide::Reason::Samples(fault) => match fault {
-            Fault::NotFinite => "samples-not-finite",
-            Fault::Missing => "samples-missing",
-            Fault::Stuck => "samples-stuck",
-            Fault::Clipped => "samples-clipped",
-        },
-    })
-}
-
 pub fn mode(m: &ModeMessage) -> Mode {
     Mode {
         f_hz: decimal(m.frequency),
@@ -65,10 +29,6 @@ pub fn mode(m: &ModeMessage) -> Mode {
         zeta: decimal(m.damping),
         zeta_sd: decimal(m.damping_sd).max(0.0),
         amplitude: decimal(m.amplitude).max(0.0),
-        label: match m.label {
-            decide::Label::SelfExcited => Label::SelfExcited,
-            decide::Label::Structural => Label::Structural,
-            decide::Label::Forced => Label::Forced,
-        },
+        label: m.label,
     }
 }

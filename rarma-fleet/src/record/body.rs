@@ -2,6 +2,7 @@
 
 use super::capability::{Limits, Modes, OdrStatistics, Stiffness};
 use super::name::Name;
+use rarma_core::decide::{Label, State};
 use serde::{Deserialize, Serialize};
 
 /// What is said.
@@ -92,51 +93,6 @@ impl Body {
     }
 }
 
-/// What the monitor believes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum State {
-    /// Not enough signal yet.
-    Starting,
-    /// Nothing is being cut.
-    Idle,
-    /// Cutting, every mode damped.
-    Stable,
-    /// A mode is losing its damping.
-    Warning,
-    /// A self-excited mode has been called.
-    Chatter,
-    /// The samples cannot be trusted.
-    Invalid,
-}
-
-impl State {
-    /// As JSON spells it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Starting => "starting",
-            Self::Idle => "idle",
-            Self::Stable => "stable",
-            Self::Warning => "warning",
-            Self::Chatter => "chatter",
-            Self::Invalid => "invalid",
-        }
-    }
-}
-
-/// Where a mode's vibration comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Label {
-    /// Undamped, and no multiple of spindle or tooth frequency.
-    SelfExcited,
-    /// A damped resonance of the structure.
-    Structural,
-    /// At a multiple of spindle or tooth frequency.
-    Forced,
-}
-
 /// One mode with its deviations.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Mode {
@@ -151,6 +107,7 @@ pub struct Mode {
     /// Peak amplitude, units of the input.
     pub amplitude: f64,
     /// Where it comes from.
+    #[serde(with = "rarma_core::named")]
     pub label: Label,
 }
 
@@ -160,6 +117,7 @@ pub struct Mode {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
     /// The state.
+    #[serde(with = "rarma_core::named")]
     pub state: State,
     /// Why, in the words of the monitor's JSON. An open list: a box of a later version may have others.
     pub reason: Name,

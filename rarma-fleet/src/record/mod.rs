@@ -24,15 +24,14 @@ mod name;
 mod reading;
 mod time;
 
-pub use body::{
-    Advice, AlarmCalled, AlarmReleased, Body, Kind, Label, Mode, Outcome, Speed, State, Verdict,
-};
+pub use body::{Advice, AlarmCalled, AlarmReleased, Body, Kind, Mode, Outcome, Speed, Verdict};
 pub use capability::{
     DirectionLimit, DirectionStiffness, Hysteresis, Limits, MachineError, Modes, OdrStatistics,
     Stiffness, StructuralMode,
 };
 pub use line::{RecordError, from_line, to_line};
 pub use name::{Name, NameError};
+pub use rarma_core::decide::{Label, State};
 pub use reading::{Quantity, Reading};
 pub(crate) use time::DAY_US;
 pub use time::{Clock, TimeError, Utc};

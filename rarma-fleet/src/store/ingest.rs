@@ -4,6 +4,7 @@ use super::Store;
 use super::backend::{Rows, StoreError, Value};
 use super::tables::table;
 use crate::record::{Body, Id, Name, Record, RecordError, from_line, to_line};
+use rarma_core::named::Named;
 use std::collections::HashMap;
 
 /// Records in one transaction.

@@ -2,7 +2,7 @@
 
 use super::link::Sockets;
 use rarma_fleet::gateway::config::Config;
-use rarma_fleet::gateway::{Gateway, Standing};
+use rarma_fleet::gateway::{Gateway, GatewayStatus};
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::thread;
@@ -49,7 +49,7 @@ impl Here {
         }
     }
 
-    pub fn standing(&self) -> Standing {
+    pub fn standing(&self) -> GatewayStatus {
         self.gateway.standing()
     }
 

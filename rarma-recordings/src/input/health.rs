@@ -17,12 +17,12 @@ const CLIPPED_SHARE: f64 = 1e-3;
 /// Equal samples in a row that make a flat top.
 const FLAT_RUN: u64 = 3;
 
-/// Refuses samples that are NaN or infinite, all equal, or clipped; see [`Health`].
+/// Refuses samples that are NaN or infinite, all equal, or clipped; see [`FileHealth`].
 ///
 /// # Errors
-/// As [`Health::verdict`].
+/// As [`FileHealth::verdict`].
 pub fn check(recording: &Recording) -> Result<(), InputError> {
-    let mut health = Health::new(recording.step);
+    let mut health = FileHealth::new(recording.step);
     recording.samples.iter().for_each(|x| health.push(*x));
     health
         .verdict(recording.fs, recording.channel)
@@ -77,7 +77,7 @@ pub fn check_size(recording: &Recording) -> Result<(), InputError> {
 /// enters and leaves them in a leap (more than four times the smallest change
 /// in the recording), because a coarsely quantised but healthy peak is flat too.
 #[derive(Debug, Clone)]
-pub struct Health {
+pub struct FileHealth {
     samples: u64,
     first: f64,
     constant: bool,
@@ -97,7 +97,7 @@ enum Clipping {
 /// Place and size of the first clipped sample, and how many there are.
 type Clipped = (u64, f64, u64);
 
-impl Health {
+impl FileHealth {
     /// Nothing heard yet; `step` is the smallest the format can hold, full scale being 1,
     /// or none.
     pub fn new(step: Option<f64>) -> Self {

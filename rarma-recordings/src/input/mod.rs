@@ -53,7 +53,7 @@ pub use circle_data::{Conditions, RunData, Static};
 pub use circle_write::circle_file;
 pub use cuts::{CUTS_HEADER, CutRow, has_header as has_cuts_header, read as read_cuts};
 pub use error::{InputError, Problem};
-pub use health::{Health, check, check_size};
+pub use health::{FileHealth, check, check_size};
 pub use load_steps::{LoadStep, read_load_steps};
 pub(crate) use receptance::exponent;
 pub use receptance::{Function, Plane, Role, merge, read_receptances, write_uff};

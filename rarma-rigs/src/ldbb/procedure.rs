@@ -59,7 +59,7 @@ pub struct Asked {
     pub dither: bool,
 }
 
-/// See the module.
+/// Goes through the steps of a test.
 #[derive(Debug, Clone)]
 pub struct Procedure {
     config: ProcedureConfig,

@@ -17,7 +17,7 @@ const TURNED: f32 = 4.0;
 /// if it is further from it than this as it is, m: centre and shape must tell the two apart.
 const APART_M: f32 = 2e-6;
 
-/// See the module.
+/// Records one run of a circle.
 #[derive(Debug, Clone)]
 pub struct Recorder {
     gauge_m: [f32; CELLS],

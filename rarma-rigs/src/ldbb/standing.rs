@@ -72,7 +72,7 @@ enum At {
     Over,
 }
 
-/// See the module.
+/// Goes through the directions and loads of the static test.
 #[derive(Debug, Clone)]
 pub struct Standing {
     config: StandingConfig,

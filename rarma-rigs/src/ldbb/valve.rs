@@ -67,7 +67,7 @@ const SLOW_S: f32 = 0.6;
 /// The outer loop works while the expected pressure is within this of the reference, Pa.
 const STILL_PA: f32 = 500.0;
 
-/// See the module.
+/// Controls the pressure.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ValveLoop {
     reference_pa: f32,

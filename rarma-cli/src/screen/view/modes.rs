@@ -1,10 +1,11 @@
 //! Each mode: frequency, damping ratio, and where that lies beside the threshold.
 
 use super::palette::Palette;
-use super::text::{heading, put, word};
+use super::text::{heading, put};
 use crate::record::{Label, ModeRecord, Origin};
 use crate::report::words::Tone;
 use crate::screen::model::Model;
+use rarma_core::named::Named;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
@@ -139,7 +140,7 @@ fn style(mode: &ModeRecord, threshold: f64, palette: Palette) -> Style {
 
 /// What it is, in the words of JSON.
 fn mode_words(mode: &ModeRecord) -> String {
-    let label = word(&mode.label);
+    let label = mode.label.name();
     if let Some(k) = mode.harmonic {
         return format!("{label}, {k} × speed");
     }
@@ -147,7 +148,7 @@ fn mode_words(mode: &ModeRecord) -> String {
         return format!("{label}, {s:.1} s left");
     }
     match mode.origin {
-        Origin::Free => label,
-        origin => format!("{label}, {}", word(&origin)),
+        Origin::Free => label.to_owned(),
+        origin => format!("{label}, {}", origin.name()),
     }
 }

@@ -3,15 +3,15 @@
 use super::big;
 use super::palette::Palette;
 use super::places::{LEAST, Places};
-use super::text::{put, put_right, word, wrapped};
+use super::text::{put, put_right, wrapped};
 use crate::frames::fault_words;
 use crate::record::State;
 use crate::report::reason_words;
 use crate::report::words::Tone;
 use crate::screen::keys::Ui;
 use crate::screen::model::Model;
-use crate::wording;
 use rarma_box::guard::Stage;
+use rarma_core::named::Named;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
@@ -65,11 +65,11 @@ pub(super) fn said(model: &Model, silent_s: f64) -> Said {
         return said("no samples", Tone::Unknown, why);
     }
     let Some(line) = &model.line else {
-        let word = wording::state(State::Starting);
+        let word = State::Starting.name();
         return said(word, Tone::Unknown, "no sample has come yet".to_owned());
     };
     let why = reason_words(line.state, line.reason).to_owned();
-    said(wording::state(line.state), tone(line.state), why)
+    said(line.state.name(), tone(line.state), why)
 }
 
 fn tone(state: State) -> Tone {
@@ -127,7 +127,7 @@ pub(super) fn speed(model: &Model, area: Rect, palette: Palette, buffer: &mut Bu
     let mut parts = vec![Span::styled(" speed ", palette.dim())];
     match known {
         Some((spindle, rpm)) => {
-            let by = word(&spindle.source);
+            let by = spindle.source.name();
             parts.push(Span::raw(format!("{rpm:.0} 1/min ({by})")));
             if spindle.locked {
                 let notch = spindle.notch_hz;
@@ -141,7 +141,7 @@ pub(super) fn speed(model: &Model, area: Rect, palette: Palette, buffer: &mut Bu
         parts.push(Span::styled("  amplitude ", palette.dim()));
         parts.push(Span::raw(format!(
             "{} at {:.0} Hz",
-            word(&amplitude.verdict),
+            amplitude.verdict.name(),
             amplitude.f
         )));
     }

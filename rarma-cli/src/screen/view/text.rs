@@ -4,7 +4,6 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
-use serde::Serialize;
 
 /// A text in lines of at most so many columns, broken between words; a longer word is cut.
 pub(super) fn wrapped(text: &str, width: usize) -> Vec<String> {
@@ -60,11 +59,4 @@ pub(super) fn heading(text: &str, style: Style, area: Rect, buffer: &mut Buffer)
         };
         put(Span::styled(format!(" {text} "), style), inner, 0, buffer);
     }
-}
-
-/// A word of JSON, such as that of a label.
-pub(super) fn word(what: &impl Serialize) -> String {
-    let text = serde_json::to_value(what).ok();
-    let text = text.and_then(|value| value.as_str().map(str::to_owned));
-    text.unwrap_or_default()
 }

@@ -15,7 +15,7 @@ const SAME_ALARM: f64 = 0.03;
 
 /// An alarm that stands.
 #[derive(Debug, Clone, Copy)]
-struct Standing<T> {
+struct StandingAlarm<T> {
     /// Channel whose alarm this is; none while only both together are suspicious.
     lead: Option<usize>,
     frequency: T,
@@ -27,7 +27,7 @@ struct Standing<T> {
 /// The alarm of two channels: calls, follows, releases.
 #[derive(Debug, Clone)]
 pub(super) struct PairAlarm<T> {
-    standing: Option<Standing<T>>,
+    standing: Option<StandingAlarm<T>>,
     /// Frequency of the last alarm, and for how long it is remembered, s.
     before: Option<(T, T)>,
     /// Each channel's own alarm has stood for this long, s, while it was listened to.
@@ -118,7 +118,7 @@ impl<T: Real> PairAlarm<T> {
         let Some((lead, frequency, damping)) = found else {
             return AlarmEvent::None;
         };
-        self.standing = Some(Standing {
+        self.standing = Some(StandingAlarm {
             lead,
             frequency,
             lowest_damping: damping,
@@ -130,7 +130,7 @@ impl<T: Real> PairAlarm<T> {
     /// Keeps the alarm while a channel holds it.
     fn follow(
         &mut self,
-        mut alarm: Standing<T>,
+        mut alarm: StandingAlarm<T>,
         own: &[Option<(T, T)>; 2],
         dropped: &[Option<Dropped>; 2],
         joint: bool,

@@ -19,7 +19,7 @@ use crate::decide::SPEED_ACCURACY;
 use crate::real::Real;
 use crate::visit::state;
 use moving::Moving;
-use standing::Standing;
+use standing::DoubtfulComb;
 
 /// The model hears up to this part of its rate, and down to this part of the band's lower
 /// edge, where the high-pass leaves 1/6 of a line.
@@ -95,7 +95,7 @@ pub(super) struct Spindle<T> {
     found: Option<((T, T), T)>,
     /// A comb that may be a chatter's, Hz, and how long ago it was heard, s.
     doubtful: Option<(T, T)>,
-    standing: Standing<T>,
+    standing: DoubtfulComb<T>,
     moving: Moving<T>,
     contradiction: Option<(T, T)>,
     /// Contradictions in a row.
@@ -188,7 +188,7 @@ impl<T: Real> Spindle<T> {
         (*was_locked, *found_at_entry) = (false, false);
         *drift = Drift::default();
         (*found, *doubtful) = (None, None);
-        *standing = Standing::default();
+        *standing = DoubtfulComb::default();
         *moving = Moving::default();
         (*contradiction, *denied) = (None, 0);
         *low_hz = T::from_f64(band.low_hz);

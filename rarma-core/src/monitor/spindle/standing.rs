@@ -18,15 +18,15 @@ const SAME_COMB: f64 = 0.005;
 /// A comb in doubt: the deviation of its spacing, Hz, for how long it has been heard, s, and
 /// whether an alarm stands.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Standing<T> {
+pub(super) struct DoubtfulComb<T> {
     sd_hz: T,
     heard_s: T,
     held: bool,
 }
 
-state! { Standing<T> { sd_hz, heard_s, held } }
+state! { DoubtfulComb<T> { sd_hz, heard_s, held } }
 
-impl<T> Standing<T> {
+impl<T> DoubtfulComb<T> {
     /// An alarm stands.
     pub(super) fn is_held(&self) -> bool {
         self.held

@@ -6,6 +6,7 @@ use crate::record::{
     AlarmReleased, Body, Clock, Id, Mode, Name, Record, SCHEMA, State, Utc, Verdict,
 };
 use rarma_box::wire::Head;
+use rarma_core::named::Named;
 use serde::{Deserialize, Serialize};
 
 /// Numbers of records of one frame.
@@ -72,6 +73,7 @@ pub struct UnderWay {
 pub struct Stretch {
     pub(super) from: Utc,
     pub(super) from_box_s: f64,
+    #[serde(with = "rarma_core::named")]
     pub(super) state: State,
     pub(super) reason: Name,
     pub(super) level: Option<f64>,
@@ -135,8 +137,8 @@ pub(super) fn stretch(
         tool,
         from,
         from_box_s,
-        state: words::state(verdict.state),
-        reason: words::reason(verdict.reason),
+        state: verdict.state,
+        reason: words::name(verdict.reason.name()),
         level: Some(words::decimal(verdict.level).max(0.0)),
         rpm: verdict
             .spindle

@@ -101,7 +101,7 @@ pub struct Kept {
     pub line: String,
 }
 
-/// See the module.
+/// The file of records that are not at their store yet.
 #[derive(Debug)]
 pub struct Journal {
     base: Connection,

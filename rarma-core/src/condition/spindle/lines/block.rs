@@ -1,7 +1,7 @@
 //! End of a block: amplitudes, phase and speed are corrected by what is left of the
 //! lines, and it is judged whether they are there.
 
-use super::line::{Line, gain};
+use super::line::{RotationLine, gain};
 use super::{Lock, SpindleLines, Trust};
 use crate::real::Real;
 
@@ -152,7 +152,7 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
                 line.c.0 += kappa * u.0;
                 line.c.1 += kappa * u.1;
             } else {
-                *line = Line::new(line.multiple);
+                *line = RotationLine::new(line.multiple);
             }
         }
     }

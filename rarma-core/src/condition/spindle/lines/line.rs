@@ -9,7 +9,7 @@ const SHRUNK: f64 = 0.4;
 
 /// One line.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Line<T> {
+pub(super) struct RotationLine<T> {
     pub multiple: u16,
     pub age: u16,
     /// Amplitude c of Re(c·e^(j·n·φ)).
@@ -23,12 +23,12 @@ pub(super) struct Line<T> {
     pub variance: T,
 }
 
-state! { Line<T> {
+state! { RotationLine<T> {
     multiple, age, c, sum, radial, across, variance;
     where *multiple <= HIGHEST as u16
 } }
 
-impl<T: Real> Line<T> {
+impl<T: Real> RotationLine<T> {
     pub(super) fn new(multiple: u16) -> Self {
         let zero = (T::ZERO, T::ZERO);
         Self {

@@ -22,7 +22,7 @@ pub use config::{
 use crate::condition::Band;
 use crate::real::Real;
 use crate::visit::{choice, state};
-use line::{Line, gain};
+use line::{RotationLine, gain};
 use multiples::Choice;
 use phase_loop::PhaseLoop;
 use row::{LONGEST, Row, product};
@@ -70,7 +70,7 @@ choice!(Trust: Found, Tried, Doubted);
 /// phasors of the lines its powers, so that an error never outlives a row.
 #[derive(Debug, Clone)]
 pub struct SpindleLines<T, const H: usize> {
-    lines: [Line<T>; H],
+    lines: [RotationLine<T>; H],
     used: usize,
     choice: Choice,
     trust: Trust,
@@ -132,7 +132,7 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
         // No standard root without std; the block is short, the root need not be fine.
         let wander = T::from_f64(config.wander) * T::from_f64(block_s).sqrt();
         Ok(Self {
-            lines: [Line::new(0); H],
+            lines: [RotationLine::new(0); H],
             used: 0,
             choice: Choice::new(config.teeth),
             trust: Trust::Found,
@@ -296,7 +296,7 @@ impl<T: Real, const H: usize> SpindleLines<T, H> {
         let old = &old[..self.used.min(H)];
         for (multiple, place) in chosen.iter().zip(&mut self.lines) {
             let known = old.iter().find(|l| l.multiple == *multiple);
-            *place = known.copied().unwrap_or(Line::new(*multiple));
+            *place = known.copied().unwrap_or(RotationLine::new(*multiple));
         }
         self.used = used;
     }

@@ -13,7 +13,7 @@
 //! the length, at the most by some 500 units of the last place of a line's amplitude: hence the
 //! short rows.
 
-use super::line::Line;
+use super::line::RotationLine;
 use crate::real::Real;
 use crate::visit::state;
 
@@ -67,7 +67,13 @@ impl<T: Real> Row<T> {
 
     /// Begins a row of `length` samples: what `lines` will be in it, with the phasors of the
     /// rotation at its first sample and of its turn in a sample.
-    pub(super) fn begin(&mut self, lines: &[Line<T>], base: (T, T), turn: (T, T), length: usize) {
+    pub(super) fn begin(
+        &mut self,
+        lines: &[RotationLine<T>],
+        base: (T, T),
+        turn: (T, T),
+        length: usize,
+    ) {
         self.at = 0;
         self.length = length.min(LONGEST);
         self.values = [T::ZERO; LONGEST];
@@ -98,7 +104,7 @@ impl<T: Real> Row<T> {
     }
 
     /// Adds Σ e·e^(−jnφ) of the full row to each line's, with the phasors it was begun with.
-    pub(super) fn end(&mut self, lines: &mut [Line<T>], base: (T, T), turn: (T, T)) {
+    pub(super) fn end(&mut self, lines: &mut [RotationLine<T>], base: (T, T), turn: (T, T)) {
         // An odd row has a place too much in its last pair.
         if let Some(last) = self.values.get_mut(self.length) {
             *last = T::ZERO;
@@ -178,10 +184,10 @@ mod tests {
         (angle.cos(), angle.sin())
     }
 
-    fn lines(multiples: &[u16]) -> Vec<Line<f64>> {
-        let line = |(k, &n): (usize, &u16)| Line {
+    fn lines(multiples: &[u16]) -> Vec<RotationLine<f64>> {
+        let line = |(k, &n): (usize, &u16)| RotationLine {
             c: (1.0 + k as f64, 0.5 - k as f64),
-            ..Line::new(n)
+            ..RotationLine::new(n)
         };
         multiples.iter().enumerate().map(line).collect()
     }
@@ -217,9 +223,9 @@ mod tests {
     #[test]
     fn single_precision_leaves_little_of_the_slowest_line() {
         // A line at the lowest edge that a band may have, 1/250 of its upper one: 0.01 rad a sample.
-        let line = Line::<f32> {
+        let line = RotationLine::<f32> {
             c: (1.0, 0.0),
-            ..Line::new(1)
+            ..RotationLine::new(1)
         };
         let mut row = Row::EMPTY;
         let (sin, cos) = 0.01f32.sin_cos();
