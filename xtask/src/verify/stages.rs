@@ -315,12 +315,37 @@ fn linuxcnc_loop(bench: &mut Bench<'_>) -> Result<Outcome> {
 }
 
 /// In release like the host tests, whose dependencies are built by now.
+/// Programs that show how a crate is used, and what each must say at its end.
+const EXAMPLES: [(&str, &str, &str); 3] = [
+    ("rarma-core", "damping", "     2.0           0.18      899."),
+    ("rarma-core", "monitor", "chatter at 898."),
+    (
+        "rarma-fit",
+        "batch_and_recursive",
+        "no estimator scatters by less",
+    ),
+];
+
 fn doc_tests(bench: &mut Bench<'_>) -> Result<Outcome> {
     bench.pass_if(
         bench
             .cargo(&["test", "--doc", "--release"])
             .args(process::HOST),
-    )
+    )?;
+    for (package, name, end) in EXAMPLES {
+        let mut example = bench.cargo(&["run", "--quiet", "--release", "--package", package]);
+        example.args(["--example", name]);
+        println!("{}", process::spelled(&example));
+        let said = process::output(&mut example)?;
+        if !said.lines().last().is_some_and(|line| line.contains(end)) {
+            return Err(
+                Failure::new(format!("the example `{name}` does not end as it should")).because(
+                    format!("its last line is to hold `{end}`; it said:\n{said}"),
+                ),
+            );
+        }
+    }
+    Ok(Outcome::passed())
 }
 
 fn python(bench: &mut Bench<'_>) -> Result<Outcome> {
