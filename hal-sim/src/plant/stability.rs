@@ -14,7 +14,7 @@ use super::error::{PlantError, positive, require};
 use super::milling::{Engagement, MillingConfig};
 use super::modal::Mode;
 use core::f64::consts::{PI, TAU};
-use core::ops::{Add, Mul, Sub};
+use nalgebra::Complex;
 
 /// A point on a stability border.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -131,7 +131,7 @@ fn all_modes(config: &MillingConfig) -> Vec<Mode> {
 }
 
 /// Depth (≤ 0: no limit), phase ε and eigenvalue of one branch.
-type Border = (f64, f64, Cx);
+type Border = (f64, f64, Complex<f64>);
 
 /// Both eigenvalues at one frequency.
 fn milling_border(config: &MillingConfig, w: f64) -> [Border; 2] {
@@ -139,22 +139,19 @@ fn milling_border(config: &MillingConfig, w: f64) -> [Border; 2] {
     let gy = receptance(&config.modes_y, w);
     let [xx, xy, yx, yy] =
         directional_factors(config.engagement, config.kn_n_per_m2 / config.kt_n_per_m2);
-    let a0 = gx * gy * Cx::real(xx * yy - xy * yx);
-    let a1 = gx * Cx::real(xx) + gy * Cx::real(yy);
-    let border = |lambda: Cx| {
+    let a0 = gx * gy * (xx * yy - xy * yx);
+    let a1 = gx * xx + gy * yy;
+    let border = |lambda: Complex<f64>| {
         let kappa = lambda.im / lambda.re;
         let n = config.teeth as f64;
         let depth = -TAU * lambda.re * (1.0 + kappa * kappa) / (n * config.kt_n_per_m2);
         (depth, PI - 2.0 * kappa.atan(), lambda)
     };
     if a0.norm() < 1e-12 * a1.norm() * a1.norm() {
-        return [
-            border(Cx::real(-1.0) * a1.inverse()),
-            (-1.0, 0.0, Cx::real(0.0)),
-        ];
+        return [border(-a1.inv()), (-1.0, 0.0, Complex::ZERO)];
     }
-    let root = (a1 * a1 - Cx::real(4.0) * a0).sqrt();
-    let scale = (Cx::real(-2.0) * a0).inverse();
+    let root = (a1 * a1 - 4.0 * a0).sqrt();
+    let scale = (-2.0 * a0).inv();
     [border((a1 + root) * scale), border((a1 - root) * scale)]
 }
 
@@ -184,7 +181,7 @@ fn lowest(
     for w in frequencies(modes)? {
         let mut now = border(w);
         if let Some((w0, old)) = before {
-            let gap = |a: Cx, b: Cx| (a - b).norm();
+            let gap = |a: Complex<f64>, b: Complex<f64>| (a - b).norm();
             let straight = gap(now[0].2, old[0].2) + gap(now[1].2, old[1].2);
             let crossed = gap(now[1].2, old[0].2) + gap(now[0].2, old[1].2);
             if crossed < straight {
@@ -216,74 +213,11 @@ fn lowest(
     best.ok_or(PlantError::NoLimit)
 }
 
-fn receptance(modes: &[Mode], w: f64) -> Cx {
-    modes.iter().fold(Cx::real(0.0), |sum, m| {
+fn receptance(modes: &[Mode], w: f64) -> Complex<f64> {
+    modes.iter().fold(Complex::ZERO, |sum, m| {
         let (re, im) = m.receptance(w);
-        sum + Cx { re, im }
+        sum + Complex::new(re, im)
     })
-}
-
-/// The complex arithmetic needed above.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Cx {
-    re: f64,
-    im: f64,
-}
-
-impl Cx {
-    const fn real(re: f64) -> Self {
-        Self { re, im: 0.0 }
-    }
-
-    fn norm(self) -> f64 {
-        self.re.hypot(self.im)
-    }
-
-    fn inverse(self) -> Self {
-        let d = self.re * self.re + self.im * self.im;
-        Self {
-            re: self.re / d,
-            im: -self.im / d,
-        }
-    }
-
-    fn sqrt(self) -> Self {
-        let (r, angle) = (self.norm().sqrt(), 0.5 * self.im.atan2(self.re));
-        Self {
-            re: r * angle.cos(),
-            im: r * angle.sin(),
-        }
-    }
-}
-
-impl Add for Cx {
-    type Output = Self;
-    fn add(self, o: Self) -> Self {
-        Self {
-            re: self.re + o.re,
-            im: self.im + o.im,
-        }
-    }
-}
-
-impl Sub for Cx {
-    type Output = Self;
-    fn sub(self, o: Self) -> Self {
-        Self {
-            re: self.re - o.re,
-            im: self.im - o.im,
-        }
-    }
-}
-
-impl Mul for Cx {
-    type Output = Self;
-    fn mul(self, o: Self) -> Self {
-        Self {
-            re: self.re * o.re - self.im * o.im,
-            im: self.re * o.im + self.im * o.re,
-        }
-    }
 }
 
 #[cfg(test)]
