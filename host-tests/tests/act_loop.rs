@@ -117,7 +117,7 @@ fn a_program_at_another_speed_is_worked_out_beside_the_listening() {
 }
 
 #[test]
-#[ignore = "half an hour"]
+#[ignore = "ten minutes"]
 fn a_machine_that_is_told_turns_more_of_them_long() {
     let actors: [fn(&Case) -> Chatter; 2] = [Case::about, Case::about_with_machine];
     let pocket = told(Kind::Pocket, 50, actors);

@@ -1,5 +1,5 @@
 //! The paths that Rust code names, as far as one can tell from the text: `crate::`, `super::`, `self::`, and what a
-//! `use` begins with.
+//! `use` begins with. No parser of Rust: this program is built before the demonstration, and one takes seconds to build.
 
 /// A path, segment by segment, and whether a `pub use` gives it on.
 #[derive(Debug, Clone, PartialEq, Eq)]
