@@ -23,6 +23,7 @@ mod python_environment;
 pub mod qemu;
 pub mod rooms;
 pub mod screens;
+mod side_by_side;
 pub mod sound;
 pub mod tmux;
 pub mod toolchain;

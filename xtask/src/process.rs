@@ -1,6 +1,7 @@
 //! Starting other programs: clean environment, readable failures.
 
 use std::env;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 
@@ -44,15 +45,25 @@ pub fn host_cargo(workspace: &Workspace) -> Command {
 /// all chosen packages ask for, so that another choice would build nearly everything anew.
 pub const HOST: [&str; 3] = ["--workspace", "--features", "rarma-cli/fleet"];
 
-/// Builds `rarma` as the checks do, with every command; where it is.
+/// Builds `rarma` as the checks do, with every command; where a copy of it is, for other checks build the program with other
+/// features in the same place.
 ///
 /// # Errors
-/// It does not build.
+/// It does not build, or there is no room for the copy.
 pub fn rarma(workspace: &Workspace) -> Result<PathBuf> {
     let mut build = host_cargo(workspace);
     build.args(["build", "--release", "--quiet", "--bin", "rarma"]);
     run(build.args(HOST))?;
-    Ok(workspace.target_dir().join("release/rarma"))
+    let folder = workspace.target_dir().join("every-command");
+    let (new, copy) = (folder.join("rarma.new"), folder.join("rarma"));
+    // Under another name first: the one that is there may be running.
+    let copied = fs::create_dir_all(&folder)
+        .and_then(|()| fs::copy(workspace.target_dir().join("release/rarma"), &new))
+        .and_then(|_| fs::rename(&new, &copy));
+    copied.map_err(|why| {
+        Failure::new(format!("no copy of rarma in {}", folder.display())).because(why)
+    })?;
+    Ok(copy)
 }
 
 /// The command line as one would type it, for messages.

@@ -74,13 +74,18 @@ impl Environment {
             "install",
             "--quiet",
             "--disable-pip-version-check",
+            // Most of it is never imported; what is, is compiled then.
+            "--no-compile",
         ]);
         run(pip.args(options).arg(what))
     }
 
-    /// Its interpreter, to be given what to run.
+    /// Its interpreter, to be given what to run; what it compiles of the modules it imports is kept in the environment, and
+    /// not beside the project's own files.
     pub(crate) fn python(&self) -> Command {
-        Command::new(self.program())
+        let mut python = Command::new(self.program());
+        python.env("PYTHONPYCACHEPREFIX", self.folder.join("compiled"));
+        python
     }
 
     /// Its interpreter.

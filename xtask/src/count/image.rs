@@ -1,5 +1,6 @@
 //! The image `count` (firmware/src/bin/count/main.rs), built and run kernel by kernel.
 
+use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
@@ -46,7 +47,6 @@ pub struct CountImage {
     elf: PathBuf,
     image: ArmImage,
     marks: [u64; 2],
-    report: PathBuf,
     machine: Machine,
 }
 
@@ -113,7 +113,6 @@ impl CountImage {
         Ok(Self {
             marks,
             image,
-            report: elf.with_extension("report"),
             machine: core.machine(),
             elf,
         })
@@ -137,17 +136,20 @@ impl CountImage {
     /// # Errors
     /// When it cannot be run, or the image or the plugin says something unexpected.
     pub fn measure(&self, plugin: &Path, kernel: &str) -> Result<Measured> {
-        // The report of an earlier run must not be taken for this one's.
-        let _ = fs::remove_file(&self.report);
-        let said = self.run(Some(plugin), kernel)?;
+        // Its own: kernels run side by side. That of an earlier run must not be taken for this one's.
+        let report = self.elf.with_extension(format!("{kernel}.report"));
+        let _ = fs::remove_file(&report);
+        let [begin, end] = self.marks;
+        let counting = plugin::argument(plugin, begin, end, &report);
+        let said = self.run(Some(counting), kernel)?;
         let failed =
             |why: String| Failure::new(format!("cannot count kernel `{kernel}`")).because(why);
         let sizes = Sizes::parse(&said)
             .ok_or_else(|| failed(format!("the image said `{}`, not its sizes", said.trim())))?;
-        let report = fs::read_to_string(&self.report).map_err(|why| {
+        let report = fs::read_to_string(&report).map_err(|why| {
             failed(format!(
                 "the plugin wrote no report {}: {why}",
-                self.report.display()
+                report.display()
             ))
         })?;
         let report = Report::parse(&report).map_err(failed)?;
@@ -163,13 +165,10 @@ impl CountImage {
     }
 
     /// Runs the image with one argument and returns what it says.
-    fn run(&self, plugin: Option<&Path>, argument: &str) -> Result<String> {
+    fn run(&self, plugin: Option<OsString>, argument: &str) -> Result<String> {
         let mut command = qemu::qemu_command(self.machine, &self.elf, &[argument.to_owned()]);
         if let Some(plugin) = plugin {
-            let [begin, end] = self.marks;
-            command
-                .arg("-plugin")
-                .arg(plugin::argument(plugin, begin, end, &self.report));
+            command.arg("-plugin").arg(plugin);
         }
         let mut child = command
             .stdin(Stdio::null())

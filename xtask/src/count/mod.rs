@@ -12,6 +12,7 @@ pub mod table;
 
 use std::path::PathBuf;
 
+use crate::side_by_side::side_by_side;
 use crate::toolchain::Toolchain;
 use crate::{Failure, Result, Workspace, page, qemu};
 use image::{Core, CountImage};
@@ -153,22 +154,33 @@ fn measure(
                 .advise(format!("kernels: {}", known.join(", "))),
         );
     }
-    let empty = image.measure(&plugin, EMPTY_KERNEL)?;
-    let m33_empty = m33_image.measure(&plugin, EMPTY_KERNEL)?;
+    let chosen = |name: &&String| *name == EMPTY_KERNEL || only.is_empty() || only.contains(name);
+    let chosen: Vec<&String> = known.iter().filter(chosen).collect();
+    let measured = side_by_side(&chosen, |kernel| {
+        let on_m4 = image.measure(&plugin, kernel)?;
+        Ok((
+            (*kernel).clone(),
+            on_m4,
+            m33_image.measure(&plugin, kernel)?,
+        ))
+    });
+    let measured = measured.into_iter().collect::<Result<Vec<_>>>()?;
+    let (empty, kernels): (Vec<_>, Vec<_>) =
+        (measured.into_iter()).partition(|(kernel, ..)| kernel == EMPTY_KERNEL);
+    let [(_, empty, m33_empty)] = &empty[..] else {
+        return Err(Failure::new(format!(
+            "the image has no kernel `{EMPTY_KERNEL}`"
+        )));
+    };
     let mut rows = Vec::new();
     let mut unwanted = calls::Unwanted::default();
-    for kernel in known
-        .iter()
-        .filter(|name| *name != EMPTY_KERNEL && (only.is_empty() || only.contains(name)))
-    {
-        let measured = image.measure(&plugin, kernel)?;
-        let on_m33 = m33_image.measure(&plugin, kernel)?;
+    for (kernel, measured, on_m33) in kernels {
         #[expect(clippy::cast_precision_loss, reason = "counts are far below 2^52")]
         let per_sample = |all: u64, loop_alone: u64| {
             all.saturating_sub(loop_alone) as f64 / measured.samples as f64
         };
         rows.push(Row {
-            kernel: kernel.clone(),
+            kernel,
             instructions: per_sample(measured.instructions, empty.instructions),
             cycles: per_sample(measured.cycles, empty.cycles),
             m33_instructions: per_sample(on_m33.instructions, m33_empty.instructions),

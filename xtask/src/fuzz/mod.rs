@@ -11,10 +11,10 @@ pub use engine::{Engine, TIMEOUT_S};
 pub use log::Log;
 
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::time::{SystemTime, UNIX_EPOCH};
-use std::{fmt, fs, thread};
+use std::{fmt, fs};
 
+use crate::side_by_side::side_by_side;
 use crate::{Failure, Result, Workspace, long};
 
 const USAGE: &str = "cargo xtask fuzz [--seconds N | --markdown FILE] [--seed N] [TARGET...], or cargo xtask fuzz TARGET --case FILE, or cargo xtask fuzz --list";
@@ -185,25 +185,8 @@ pub fn run_all(
         let now = SystemTime::now().duration_since(UNIX_EPOCH);
         now.map_or(1, |since| since.subsec_nanos().max(1))
     });
-    let waiting = Mutex::new(targets.iter());
-    let done = Mutex::new(Vec::new());
-    let cores = thread::available_parallelism().map_or(1, usize::from);
-    thread::scope(|scope| {
-        for _ in 0..cores.min(targets.len()) {
-            scope.spawn(|| {
-                loop {
-                    let next = waiting.lock().ok().and_then(|mut list| list.next());
-                    let Some(target) = next else { return };
-                    let run = engine.run(target, seconds, seed);
-                    if let Ok(mut done) = done.lock() {
-                        done.push(run);
-                    }
-                }
-            });
-        }
-    });
-    let runs: Result<Vec<Run>> = done.into_inner().unwrap_or_default().into_iter().collect();
-    let mut runs = runs?;
+    let runs = side_by_side(targets, |target| engine.run(target, seconds, seed));
+    let mut runs = runs.into_iter().collect::<Result<Vec<Run>>>()?;
     runs.sort_by(|a, b| a.target.cmp(&b.target));
     Ok(runs)
 }

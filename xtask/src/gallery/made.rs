@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 use super::list::Shown;
 use super::pictures;
 use crate::inputs::Maker;
+use crate::side_by_side::side_by_side;
 use crate::{Failure, Result, process};
 
 /// The list beside the pictures.
@@ -93,9 +94,12 @@ impl Gallery {
         };
         // One that is not finished is a gallery as well, and may be made anew.
         gallery.keep()?;
-        for one in shown {
+        let drawn = side_by_side(shown, |one| {
             eprintln!("gallery: {}", one.line);
-            match gallery.draw(rarma, one, &work.join(one.name)) {
+            gallery.draw(rarma, one, &work.join(one.name))
+        });
+        for (one, drawn) in shown.iter().zip(drawn) {
+            match drawn {
                 Ok(chapter) => gallery.chapters.push(chapter),
                 Err(why) if failing == Failing::PassedOver => {
                     eprintln!("gallery: no pictures: {why}");

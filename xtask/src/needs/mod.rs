@@ -3,4 +3,5 @@
 
 pub(crate) mod broker;
 pub(crate) mod browser;
+pub(crate) mod controller;
 pub(crate) mod databases;

@@ -7,6 +7,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -34,7 +35,14 @@ pub fn install_line(packages: &[&str]) -> String {
 /// When there is no apt-get, we are not root, another package manager does not end, or
 /// apt-get fails.
 pub fn install(packages: &[&str]) -> Result<()> {
-    if packages.iter().all(|package| version(package).is_some()) {
+    let are_here = || packages.iter().all(|package| version(package).is_some());
+    if are_here() {
+        return Ok(());
+    }
+    // One at a time in this program, and the lists of what there is are brought up to date once.
+    static UP_TO_DATE: Mutex<bool> = Mutex::new(false);
+    let mut up_to_date = UP_TO_DATE.lock().unwrap_or_else(PoisonError::into_inner);
+    if are_here() {
         return Ok(());
     }
     let what = || Failure::new(format!("cannot install {}", packages.join(" ")));
@@ -49,7 +57,10 @@ pub fn install(packages: &[&str]) -> Result<()> {
     eprintln!("toolchain: installing {}", packages.join(" "));
     let archives = Archives::make(Path::new(CACHE))?;
     let apt_get = AptGet::with_archives(archives.folder());
-    apt_get.run(&["update"])?;
+    if !*up_to_date {
+        apt_get.run(&["update"])?;
+        *up_to_date = true;
+    }
     let mut install = vec!["install", "--yes", "--no-install-recommends"];
     install.extend(packages);
     apt_get.run(&install)

@@ -2,8 +2,10 @@
 
 use std::path::PathBuf;
 use std::process::Command;
+use std::thread::JoinHandle;
 
 use super::Request;
+use super::beside::Beside;
 use super::summary::Outcome;
 use crate::chip::model::Model;
 use crate::toolchain::{ARM, Toolchain};
@@ -20,6 +22,10 @@ pub struct Bench<'a> {
     pub(super) image: Option<PathBuf>,
     /// The image for the real board and the model of its chip, once both are there.
     pub(super) board: Option<(PathBuf, Model)>,
+    /// What later checks need is being fetched.
+    pub(super) fetching: Option<JoinHandle<()>>,
+    /// Checks that run beside the others.
+    pub(super) beside: Option<Beside>,
 }
 
 impl<'a> Bench<'a> {
@@ -31,6 +37,16 @@ impl<'a> Bench<'a> {
             toolchain: None,
             image: None,
             board: None,
+            fetching: None,
+            beside: None,
+        }
+    }
+
+    /// All of it is here, or cannot be had.
+    pub(super) fn wait_for_what_is_fetched(&mut self) {
+        if let Some(thread) = self.fetching.take() {
+            // A fetch that panics is told by the check that asks for the same.
+            let _ = thread.join();
         }
     }
 

@@ -66,6 +66,8 @@ fn install(workspace: &Workspace, folder: &Path) -> Command {
         .arg("--root")
         .arg(folder)
         .arg("--target-dir")
-        .arg(folder.join("target"));
+        .arg(folder.join("target"))
+        // Nobody looks into it.
+        .env("CARGO_PROFILE_DEV_DEBUG", "0");
     cargo
 }

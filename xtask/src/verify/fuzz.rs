@@ -1,4 +1,4 @@
-//! Every parser under libFuzzer: a minute each, ten with `--long`.
+//! Every parser under libFuzzer: half a minute each, ten minutes with `--long`.
 
 use std::path::Path;
 

@@ -1,10 +1,13 @@
-//! `cargo verify [--ci] [--long]`: every check, one after the other, and a table at the end.
+//! `cargo verify [--ci] [--long]`: every check, one after the other but for those that stand on their own (module `beside`), and
+//! a table at the end.
 //!
 //! A check that fails does not stop the others. A check that cannot run on this machine, or
 //! only in part, says so with its reason; with `--ci` (or `CI=true`) that is a failure. With
 //! `--long` the long forms of tests and of checks run, too, which takes hours.
 
+mod ahead;
 mod bench;
+mod beside;
 mod browser;
 mod cargo_deny;
 pub mod commands;
@@ -26,6 +29,7 @@ use std::time::Instant;
 
 use crate::{Failure, Result, Workspace};
 use bench::Bench;
+use beside::Beside;
 use summary::{Entry, Outcome, Summary};
 
 /// A parsed `cargo verify` command line.
@@ -37,8 +41,8 @@ pub struct Request {
     pub long: bool,
     /// Note the results of the long forms in the table of this file.
     pub markdown: Option<PathBuf>,
-    /// Only this check.
-    pub only: Option<String>,
+    /// Only these checks, in this order; all of them where none is named.
+    pub only: Vec<String>,
 }
 
 impl Request {
@@ -49,7 +53,7 @@ impl Request {
     pub fn parse(arguments: &[String]) -> Result<Self> {
         let usage = |what: String| {
             Failure::usage(what)
-                .advise("cargo verify [--ci] [--long [--markdown FILE]] [--only CHECK]")
+                .advise("cargo verify [--ci] [--long [--markdown FILE]] [--only CHECK]…")
         };
         let mut request = Self::default();
         let mut words = arguments.iter();
@@ -63,7 +67,7 @@ impl Request {
                 },
                 "--only" => match words.next() {
                     Some(name) if stages::ALL.iter().any(|(known, _)| known == name) => {
-                        request.only = Some(name.clone());
+                        request.only.push(name.clone());
                     }
                     Some(name) => return Err(usage(format!("no check is called `{name}`"))),
                     None => return Err(usage("`--only` needs the name of a check".to_owned())),
@@ -88,32 +92,77 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
     request.ci |= env::var("CI").is_ok_and(|value| value == "true");
     let mut summary = Summary::new(request.ci);
     let only = request.only.clone();
+    let all = only.is_empty();
+    // The long forms take hours, and are read as they run.
+    let apart = all && !request.long;
     let mut bench = Bench::new(workspace, request);
-    for (number, (name, check)) in stages::ALL.iter().enumerate() {
-        if only.as_ref().is_some_and(|only| only != name) {
+    if all {
+        bench.fetching = Some(ahead::begin(workspace));
+    }
+    let begun = Instant::now();
+    for (number, (name, check)) in chosen(&only).enumerate() {
+        if apart && beside::CHECKS.contains(name) {
             continue;
         }
-        println!("\n==> {}/{} {name}", number + 1, stages::ALL.len());
+        let after = begun.elapsed().as_secs();
+        println!("\n==> {} {name} (after {after} s)", number + 1);
         let begun = Instant::now();
         let outcome =
             check(&mut bench).unwrap_or_else(|failure| Outcome::Failed(failure.to_string()));
-        println!("<== {name}: {outcome}");
-        summary.add(Entry {
+        let entry = Entry {
             name,
             outcome,
             seconds: begun.elapsed().as_secs_f32(),
-        });
+        };
+        println!("{}", entry.line());
+        summary.add(entry);
+        if apart && bench.fetching.is_none() && bench.beside.is_none() {
+            bench.beside = Some(Beside::begin(workspace, &bench.request)?);
+        }
+    }
+    if apart {
+        let beside = match bench.beside.take() {
+            Some(beside) => beside,
+            None => Beside::begin(workspace, &bench.request)?,
+        };
+        println!("\n==> beside these: {}", beside::CHECKS.join(", "));
+        let (said, entries) = beside.end();
+        println!("{said}");
+        entries.into_iter().for_each(|entry| summary.add(entry));
     }
     print!("\n{summary}");
     Ok(u8::from(summary.failed() > 0))
+}
+
+/// All checks, or those that are named, in the order in which they are.
+fn chosen(only: &[String]) -> impl Iterator<Item = &'static (&'static str, stages::Check)> {
+    let named = only
+        .iter()
+        .filter_map(|name| stages::ALL.iter().find(|(known, _)| known == name));
+    let all = only.is_empty().then(|| stages::ALL.iter());
+    named.chain(all.into_iter().flatten())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    #[test]
+    fn checks_come_in_the_order_in_which_they_are_named() {
+        let names = |only: &[&str]| {
+            let only: Vec<String> = only.iter().map(|name| (*name).to_owned()).collect();
+            chosen(&only).map(|(name, _)| *name).collect::<Vec<_>>()
+        };
+        assert_eq!(names(&["python", "format"]), ["python", "format"]);
+        assert_eq!(names(&[]).len(), stages::ALL.len());
+    }
+
     fn parse(line: &str) -> Result<Request> {
-        let words: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
+        parse_words(&line.split_whitespace().collect::<Vec<_>>())
+    }
+
+    fn parse_words(words: &[&str]) -> Result<Request> {
+        let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
         Request::parse(&words)
     }
 
@@ -122,8 +171,8 @@ mod tests {
         let request = parse("--long --markdown a.md --ci").expect("valid");
         assert!(request.ci && request.long && request.markdown == Some("a.md".into()));
         assert_eq!(parse(""), Ok(Request::default()));
-        let request = parse("--only clippy").expect("valid");
-        assert_eq!(request.only.as_deref(), Some("clippy"));
+        let request = parse_words(&["--only", "clippy", "--only", "long forms"]).expect("valid");
+        assert_eq!(request.only, ["clippy", "long forms"]);
         for wrong in [
             "--fast",
             "--long --markdown",

@@ -54,7 +54,11 @@ pub(super) fn check(bench: &mut Bench<'_>) -> Result<Outcome> {
     )))
 }
 
-fn build(workspace: &Workspace, toolchain: &Toolchain) -> Result<PathBuf> {
+/// Builds the program.
+///
+/// # Errors
+/// It does not build.
+pub(super) fn build(workspace: &Workspace, toolchain: &Toolchain) -> Result<PathBuf> {
     let target_dir = workspace.tools_target_dir();
     // The linker's script, which a program of its own names itself.
     let flags = "[\"-Clink-arg=-Tlink.x\", \"-Clink-arg=--nmagic\"]";

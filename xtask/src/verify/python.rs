@@ -11,11 +11,14 @@ use crate::{Failure, Result, Workspace, process};
 
 /// The package's own manifest: a workspace of its own.
 pub const MANIFEST: &str = "rarma-py/Cargo.toml";
-/// What builds the wheel, and what tests it, with their versions.
-const BUILDS: &str = "rarma-py/requirements-build.txt";
-const TESTS: &str = "rarma-py/requirements-test.txt";
-/// What the notebooks need, and what runs them.
-const NOTEBOOKS: &str = "rarma-py/notebooks/requirements.txt";
+/// Below the folder of what is built.
+const FOLDER: &str = "py";
+/// Environments by their names, and the lists of their packages: what builds the wheel, what tests it, and what the
+/// notebooks need.
+const BUILDS: (&str, &str) = ("build", "rarma-py/requirements-build.txt");
+const TESTS: (&str, &str) = ("test", "rarma-py/requirements-test.txt");
+const NOTEBOOKS: (&str, &str) = ("notebooks", "rarma-py/notebooks/requirements.txt");
+/// What runs the notebooks.
 const RUN_NOTEBOOKS: &str = "rarma-py/notebooks/run.py";
 /// Those that rarma is compared with: one sensor, and several. Each ends with 1 where rarma is not as
 /// near as it states.
@@ -46,17 +49,15 @@ pub fn check(workspace: &Workspace) -> Result<Outcome> {
             "no python3 (install Python 3.9 or later with venv and pip)".to_owned(),
         ));
     };
-    let folder = workspace.target_dir().join("py");
-    let needed = [("build", BUILDS), ("test", TESTS)];
-    let environments = needed.map(|(name, packages)| {
-        Environment::make(&python, folder.join(name), &workspace.root().join(packages))
-    });
-    let (builds, tests) = match environments {
+    let folder = workspace.target_dir().join(FOLDER);
+    let of = |packages| environment(workspace, &python, packages);
+    let (builds, tests) = match [BUILDS, TESTS].map(of) {
         [Ok(builds), Ok(tests)] => (builds, tests),
         [Err(failure), _] | [_, Err(failure)] => {
             return Ok(Outcome::Skipped(failure.to_string()));
         }
     };
+    let program = process::rarma(workspace)?;
     let target = folder.join("target");
     let mut clippy = process::host_cargo(workspace);
     clippy
@@ -64,13 +65,11 @@ pub fn check(workspace: &Workspace) -> Result<Outcome> {
         .args([MANIFEST, "--", "--deny", "warnings"]);
     run(clippy.env("CARGO_TARGET_DIR", &target))?;
     let wheel = wheel(workspace, &builds, &folder, &target)?;
-    let program = process::rarma(workspace)?;
     tests.install(&["--no-deps", "--force-reinstall"], &wheel)?;
     let mut pytest = tests.python();
     pytest
         .args(["-m", "pytest", "-q", "--tb=short"])
         .current_dir(workspace.root().join("rarma-py"))
-        .env("PYTHONDONTWRITEBYTECODE", "1")
         .env(PROGRAM, &program);
     run(&mut pytest)?;
     let size = fs::metadata(&wheel).map_or(0, |about| about.len());
@@ -85,8 +84,7 @@ pub fn check(workspace: &Workspace) -> Result<Outcome> {
         Ok(clean) => first_minutes(workspace, &clean)?,
         Err(failure) => left_out.push(format!("not installed as a user does: {failure}")),
     }
-    let list = workspace.root().join(NOTEBOOKS);
-    match Environment::make(&python, folder.join("notebooks"), &list) {
+    match of(NOTEBOOKS) {
         Ok(environment) => {
             environment.install(&["--no-deps", "--force-reinstall"], &wheel)?;
             beside_others(workspace, &environment)?;
@@ -99,6 +97,16 @@ pub fn check(workspace: &Workspace) -> Result<Outcome> {
         true => Outcome::Passed(told),
         false => Outcome::Partly(format!("{told}; {}", left_out.join("; "))),
     })
+}
+
+/// The environment with the packages of a list.
+fn environment(
+    workspace: &Workspace,
+    python: &Path,
+    (name, packages): (&str, &str),
+) -> Result<Environment> {
+    let folder = workspace.target_dir().join(FOLDER).join(name);
+    Environment::make(python, folder, &workspace.root().join(packages))
 }
 
 /// The first block of the page, with nothing but the wheel and what it depends on.
@@ -123,10 +131,7 @@ fn first_block(page: &str) -> Option<&str> {
 fn beside_others(workspace: &Workspace, environment: &Environment) -> Result<()> {
     for (script, options) in [(COMPARE_SEVERAL, &[][..]), (COMPARE, &SHORT[..])] {
         let mut python = environment.python();
-        python
-            .arg(workspace.root().join(script))
-            .args(options)
-            .env("PYTHONDONTWRITEBYTECODE", "1");
+        python.arg(workspace.root().join(script)).args(options);
         run(&mut python)?;
     }
     Ok(())
@@ -136,7 +141,6 @@ fn run_notebooks(workspace: &Workspace, environment: &Environment, program: &Pat
     let mut notebooks = environment.python();
     notebooks
         .arg(workspace.root().join(RUN_NOTEBOOKS))
-        .env("PYTHONDONTWRITEBYTECODE", "1")
         .env(PROGRAM, program);
     let [recording, rpm, teeth] = SHOP;
     let recording = workspace.root().join(recording);

@@ -11,7 +11,8 @@ use crate::chip::figures::Figures;
 use crate::chip::model::Model;
 use crate::fuzz::{long_form, targets};
 use crate::long::{self, Forms, LongForm};
-use crate::toolchain::{ARM_V8, Toolchain, packages};
+use crate::needs::controller;
+use crate::toolchain::{ARM_V8, Toolchain};
 use crate::{
     EMULATED_BOARD, EMULATED_M33, Failure, Result, TARGET, book, chip, count, fw, page, pico,
     process, screens, sound, tmux,
@@ -79,8 +80,9 @@ fn format(bench: &mut Bench<'_>) -> Result<Outcome> {
     Ok(Outcome::passed())
 }
 
+/// In release form like all that follows: what runs while something is built (macros, sources in C) is built once.
 fn clippy(bench: &mut Bench<'_>) -> Result<Outcome> {
-    let mut clippy = bench.cargo(&["clippy", "--all-targets"]);
+    let mut clippy = bench.cargo(&["clippy", "--release", "--all-targets"]);
     clippy
         .args(process::HOST)
         .args(["--", "--deny", "warnings"]);
@@ -88,7 +90,8 @@ fn clippy(bench: &mut Bench<'_>) -> Result<Outcome> {
 }
 
 fn docs(bench: &mut Bench<'_>) -> Result<Outcome> {
-    let mut cargo = bench.cargo(&["doc", "--workspace", "--no-deps", "--quiet"]);
+    let mut cargo = bench.cargo(&["doc", "--release", "--no-deps", "--quiet"]);
+    cargo.args(process::HOST);
     bench.pass_if(cargo.env("RUSTDOCFLAGS", "-D warnings"))
 }
 
@@ -101,8 +104,10 @@ fn licences(bench: &mut Bench<'_>) -> Result<Outcome> {
     }
 }
 
-/// Without a toolchain, or without an emulator, every check on the target is skipped.
+/// Without a toolchain, or without an emulator, every check on the target is skipped. The first check that needs more than
+/// the host's compiler, as do those after it.
 fn toolchain(bench: &mut Bench<'_>) -> Result<Outcome> {
+    bench.wait_for_what_is_fetched();
     let outcome = match bench.look_for_toolchain() {
         Ok(toolchain) => Outcome::Passed(toolchain.description().to_owned()),
         Err(failure) => Outcome::Skipped(failure.to_string()),
@@ -248,14 +253,14 @@ fn sound_card(bench: &mut Bench<'_>) -> Result<Outcome> {
     if let Err(failure) = sound::ensure_card_library() {
         return Ok(Outcome::Skipped(failure.to_string()));
     }
-    let with = ["--features", "rarma-cli/sound-card"];
+    // Without the plant's commands, which the other checks have; of the workspace, for what that shares is built already.
+    let with = ["--workspace", "--features", "rarma-cli/sound-card"];
     let mut tests = bench.cargo(&["test", "--release", "--test", "sound_card"]);
-    tests.args(process::HOST).args(with);
+    tests.args(with);
     bench.pass_if(tests.env("RARMA_REQUIRE_SOUND_CARD", "1"))?;
     let program = bench.workspace.target_dir().join("release/rarma");
     screens::usual(bench.workspace, program)?;
-    // The clippy of everything sees the plant's commands; this one sees `rarma` without them.
-    let mut clippy = bench.cargo(&["clippy", "--package", "rarma-cli"]);
+    let mut clippy = bench.cargo(&["clippy", "--release"]);
     clippy.args(with).args(["--", "--deny", "warnings"]);
     bench.pass_if(&mut clippy)
 }
@@ -297,9 +302,7 @@ fn long_forms(bench: &mut Bench<'_>) -> Result<Outcome> {
 
 /// LinuxCNC is installed where that can be done; else it is said that it is missing.
 fn linuxcnc_loop(bench: &mut Bench<'_>) -> Result<Outcome> {
-    if process::find_program("linuxcnc").is_none()
-        && let Err(why) = packages::install(&["linuxcnc-uspace"])
-    {
+    if let Err(why) = controller::linuxcnc() {
         return Ok(Outcome::Skipped(why.to_string()));
     }
     let mut tests = bench.cargo(&[

@@ -1,6 +1,7 @@
 //! What the checks came to, and the table that says so.
 
 use std::fmt;
+use std::time::Instant;
 
 /// How a check ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -19,6 +20,15 @@ impl Outcome {
     /// All well, nothing to remark.
     pub fn passed() -> Self {
         Self::Passed(String::new())
+    }
+
+    /// What [`Display`](fmt::Display) said.
+    fn of_told(told: &str) -> Option<Self> {
+        let (word, text) = told.split_once(": ").unwrap_or((told, ""));
+        let all = [Self::Passed, Self::Partly, Self::Failed, Self::Skipped];
+        all.into_iter()
+            .map(|outcome| outcome(text.to_owned()))
+            .find(|outcome| outcome.told().0 == word)
     }
 
     fn remark(&self) -> &str {
@@ -58,10 +68,34 @@ pub struct Entry {
     pub seconds: f32,
 }
 
+impl Entry {
+    /// The line that says how the check ended.
+    pub fn line(&self) -> String {
+        let Self {
+            name,
+            outcome,
+            seconds,
+        } = self;
+        format!("<== {name} ({seconds:.0} s): {outcome}")
+    }
+
+    /// Of the first line of [`Self::line`], where it is of the check called `name`.
+    pub fn of_line(name: &'static str, line: &str) -> Option<Self> {
+        let rest = line.strip_prefix("<== ")?.strip_prefix(name)?;
+        let (seconds, told) = rest.strip_prefix(" (")?.split_once(" s): ")?;
+        Some(Self {
+            name,
+            outcome: Outcome::of_told(told)?,
+            seconds: seconds.parse().ok()?,
+        })
+    }
+}
+
 /// All checks that ran.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Summary {
     skips_fail: bool,
+    begun: Instant,
     entries: Vec<Entry>,
 }
 
@@ -70,6 +104,7 @@ impl Summary {
     pub fn new(skips_fail: bool) -> Self {
         Self {
             skips_fail,
+            begun: Instant::now(),
             entries: Vec::new(),
         }
     }
@@ -117,7 +152,7 @@ impl fmt::Display for Summary {
             let line = format!("{name:width$}  {word:<7}  {seconds:>6.1} s  {remark}");
             writeln!(out, "{}", line.trim_end())?;
         }
-        let total: f32 = self.entries.iter().map(|entry| entry.seconds).sum();
+        let total = self.begun.elapsed().as_secs_f32();
         writeln!(out, "{:width$}  {:<7}  {total:>6.1} s", "all", "")?;
         if self.skipped() > 0 {
             let verdict = if self.skips_fail {
@@ -177,6 +212,22 @@ mod tests {
             !text.contains("long story"),
             "the table keeps to one line each: {text}"
         );
+    }
+
+    #[test]
+    fn the_line_of_a_check_is_read_again() {
+        for entry in summary(false).entries {
+            let line = entry.line();
+            let first = line.lines().next().expect("one line");
+            let read = Entry::of_line("a check", first).expect("a line of it");
+            assert_eq!(read.outcome.told().0, entry.outcome.told().0);
+            assert_eq!(
+                (read.outcome.remark(), read.seconds),
+                (entry.outcome.remark(), 1.0)
+            );
+            assert_eq!(Entry::of_line("a", first), None);
+        }
+        assert_eq!(Entry::of_line("a check", "<== a check (1 s): odd"), None);
     }
 
     #[test]

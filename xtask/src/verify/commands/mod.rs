@@ -33,14 +33,14 @@ pub fn check(bench: &mut Bench<'_>) -> Result<Outcome> {
     // First what `cargo demo` builds, which is not the demonstration's time.
     let mut demo = process::host_cargo(workspace);
     process::run(demo.args(["build", "--quiet"]).args(demo::PROGRAM))?;
-    process::rarma(workspace)?;
+    let rarma = process::rarma(workspace)?;
     let scratch = workspace.target_dir().join("commands");
     let cannot = |why| Failure::new(format!("cannot empty {}", scratch.display())).because(why);
     if scratch.exists() {
         fs::remove_dir_all(&scratch).map_err(cannot)?;
     }
     fs::create_dir_all(&scratch).map_err(cannot)?;
-    let mut runner = Runner::new(bench, scratch)?;
+    let mut runner = Runner::new(bench, &rarma, scratch)?;
     let mut tally = Tally::default();
     for page in pages_of(workspace.root())? {
         let path = workspace.root().join(&page);

@@ -50,19 +50,14 @@ pub struct Runner<'a> {
 type Listening = (String, String, Server);
 
 impl<'a> Runner<'a> {
-    /// With the program as it is built, and the images the bench has.
+    /// With this program, and the images the bench has.
     ///
     /// # Errors
     /// The program, an alias, a board or the table of exit codes is missing.
-    pub fn new(bench: &Bench<'a>, scratch: PathBuf) -> Result<Self> {
+    pub fn new(bench: &Bench<'a>, rarma: &Path, scratch: PathBuf) -> Result<Self> {
         let workspace = bench.workspace;
-        let rarma = workspace.target_dir().join("release/rarma");
-        // A copy: `cargo demo` puts a smaller program in its place.
-        let kept = scratch.join("rarma");
-        fs::copy(&rarma, &kept)
+        let rarma = fs::canonicalize(rarma)
             .map_err(|why| Failure::new(format!("no {}", rarma.display())).because(why))?;
-        let rarma = fs::canonicalize(&kept)
-            .map_err(|why| Failure::new(format!("no {}", kept.display())).because(why))?;
         let yardstick = Yardstick::new(&rarma, &scratch)?;
         println!(
             "the demonstration takes {:.2} s: a command may take {:.0} s",
