@@ -4,11 +4,11 @@
 //! The regulator is the one of the firmware; what is simulated is the plant. Off the signal
 //! path: whole records in memory.
 
-use crate::plant::PlantError;
-use crate::plant::cers::{COILS, CoilConfig, ExciterConfig, ExciterPlant};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use rarma_plants::PlantError;
+use rarma_plants::cers::{COILS, CoilConfig, ExciterConfig, ExciterPlant};
 use rarma_rigs::cers::{
     AxisForce, Calibration, CalibrationConfig, CersError, ForcePair, Geometry, Regulator, Tuning,
     calibrate,

@@ -9,12 +9,12 @@ use firmware::parts::{PartFailed, Polled, PwmValve, SpiConverter};
 use firmware::{Block, Board, BoardErrorKind, Clock, Job, Outcome};
 use hal_sim::SimLink;
 use hal_sim::parts::{AdcBits, I2cAdc, SimPwm, SimTime, SpiAdc, Trouble};
-use hal_sim::plant::modal_noise::{Drive, ModalNoise, ModalNoiseConfig, NoiseMode, Quantity};
 use hal_sim::rig::{Plant, RigConfig, RigSetUp, SimBox, SimRig, Spoilt, Unreadable};
 use rarma_box::guard::{FaultCode, Mode, Stage};
 use rarma_box::wire::{Command, Deframer, MonitorJob, Refusal, Telemetry};
 use rarma_core::monitor::MonitorConfig;
 use rarma_core::prelude::*;
+use rarma_plants::modal_noise::{Drive, ModalNoise, ModalNoiseConfig, NoiseMode, Quantity};
 
 /// The mode that the plant has.
 const F_HZ: f64 = 180.0;

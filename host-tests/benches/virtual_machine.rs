@@ -3,10 +3,10 @@
 //!
 //! `cargo bench -p host-tests --bench virtual_machine`
 
-use hal_sim::plant::cut::{Process, Scenario, VirtualCut};
-use hal_sim::plant::milling::MillingConfig;
-use hal_sim::plant::modal::Mode;
-use hal_sim::plant::process::{ForceNoise, Schedule};
+use rarma_plants::cut::{Process, Scenario, VirtualCut};
+use rarma_plants::milling::MillingConfig;
+use rarma_plants::modal::Mode;
+use rarma_plants::process::{ForceNoise, Schedule};
 use rarma_scenarios::scenario;
 use std::time::Instant;
 

@@ -6,8 +6,8 @@ use crate::advice::{Case, Within, plays};
 use crate::statistics::rms;
 use core::f64::consts::TAU;
 use core::ops::Range;
-use hal_sim::population::{Cut, SAFE_PART};
 use rarma_cli::controller::{ActRecord, What};
+use rarma_plants::population::{Cut, SAFE_PART};
 use std::collections::BTreeMap;
 
 /// Seeds that no number of the advice was set on.

@@ -1,22 +1,22 @@
-//! The whole loop: a virtual cut at the speed that turns, the monitor that hears it, advice,
+//! The whole loop: a virtual cut at the speed that turns, what hears it (act_ear), advice,
 //! policy, a controller, its spindle, and the cut again; sample by sample.
 
+use crate::act_ear::{Core, Ear};
 use crate::advice::Case;
-use hal_sim::plant::converter::ConverterConfig;
-use hal_sim::plant::cut::{Process, Scenario, VirtualCut};
-use hal_sim::plant::process::Schedule;
-use hal_sim::plant::sound::{MicrophoneConfig, Pickup};
 use rarma_cli::Failure;
 use rarma_cli::controller::{ActRecord, Actor, Chatter, Controller};
-use rarma_core::Monitor;
 use rarma_core::act::{ActConfig, ActOrder, Overrides, Reading};
-use rarma_core::decide::{AlarmEvent, Label, State};
-use rarma_core::monitor::MonitorConfig;
+use rarma_plants::converter::ConverterConfig;
+use rarma_plants::cut::{Process, Scenario, VirtualCut};
+use rarma_plants::process::Schedule;
+use rarma_plants::sound::{MicrophoneConfig, Pickup};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Length of a run, s, and when the tool enters.
 pub const LENGTH_S: f64 = 7.0;
-const ENTERS_S: (f64, f64) = (0.8, 0.85);
+const ENTERS_S: f64 = 0.8;
+/// It is as deep as it gets after so long, s.
+const ENTRY_S: f64 = 0.05;
 /// Samples a second.
 pub const FS_HZ: f64 = 48_000.0;
 /// The policy steps so often, and the spindle, s.
@@ -169,24 +169,42 @@ pub const LIMITS: (f64, f64) = (0.5, 1.5);
 /// One case with a simulated controller, which may be ordered or not, and of which this is told.
 ///
 /// # Panics
-/// As [`play`].
+/// As [`play_heard`].
 #[must_use]
 pub fn simulated(case: &Case, act: bool, about: Chatter) -> Played {
+    simulated_heard(case, &mut Core::of(case, FS_HZ), act, about)
+}
+
+/// The same, heard by another ear.
+///
+/// # Panics
+/// As [`play_heard`].
+#[must_use]
+pub fn simulated_heard(case: &Case, ear: &mut impl Ear, act: bool, about: Chatter) -> Played {
     let spindle = Spindle::turning(case.cut.spindle_hz());
     let mut controller = SimulatedController(Arc::new(Mutex::new(spindle)));
     let config = ActConfig::limits(act, LIMITS.0, LIMITS.1);
     let port = Box::new(controller.clone());
     let mut actor = Actor::new(port, config, about, None).expect("in range");
-    play(case, &mut actor, &mut controller)
+    play_heard(case, ear, &mut actor, &mut controller)
 }
 
-/// The cut of this case, heard by a microphone; it may be turned from half to 1.6 times its speed.
-fn virtual_cut(case: &Case, length_s: f64) -> VirtualCut {
+/// The cut of this case, heard by a microphone; the tool enters after so long, s. It may be turned from half to 1.6
+/// times its speed.
+///
+/// # Panics
+/// The case has a defect, or is turned, not milled.
+#[must_use]
+pub fn virtual_cut(case: &Case, enters_s: f64, length_s: f64) -> VirtualCut {
     let hz = case.cut.spindle_hz();
     let Process::Milling(mut config) = case.process.clone() else {
         panic!("only a milling spindle changes its speed")
     };
-    let depth = [(0.0, 0.0), (ENTERS_S.0, 0.0), (ENTERS_S.1, case.depth_m)];
+    let depth = [
+        (0.0, 0.0),
+        (enters_s, 0.0),
+        (enters_s + ENTRY_S, case.depth_m),
+    ];
     config.depth = Schedule::new(&depth).expect("a depth");
     // How far it may be turned; it is told before it gets there.
     let far = length_s + 100.0;
@@ -224,10 +242,10 @@ fn virtual_cut(case: &Case, length_s: f64) -> VirtualCut {
 /// from the first revolution on, for so long, s.
 ///
 /// # Panics
-/// As [`play`].
+/// As [`play_heard`].
 #[must_use]
 pub fn steady(case: &Case, ratio: f64, length_s: f64) -> Vec<(f64, [f64; 2])> {
-    let mut cut = virtual_cut(case, length_s);
+    let mut cut = virtual_cut(case, ENTERS_S, length_s);
     cut.turn(ratio * case.cut.spindle_hz());
     let mut turns = 0.0;
     let mut out = Vec::new();
@@ -244,20 +262,17 @@ pub fn steady(case: &Case, ratio: f64, length_s: f64) -> Vec<(f64, [f64; 2])> {
     out
 }
 
-/// Plays a cut of this case with an actor and what turns its spindle.
+/// Plays a cut of this case with what hears it, an actor and what turns its spindle.
 ///
 /// # Panics
-/// The case, the monitor or the actor has a defect.
-pub fn play(case: &Case, actor: &mut Actor, spindle: &mut impl Turns) -> Played {
-    let hz = case.cut.spindle_hz();
-    let mut cut = virtual_cut(case, LENGTH_S);
-    let mut monitor = Monitor::<f32>::new(&MonitorConfig {
-        full_scale: Some(1.0),
-        spindle_hz: Some(hz),
-        teeth: u32::try_from(case.cut.teeth()).ok(),
-        ..MonitorConfig::new(FS_HZ)
-    })
-    .expect("in range");
+/// The case, the ear or the actor has a defect.
+pub fn play_heard(
+    case: &Case,
+    ear: &mut impl Ear,
+    actor: &mut Actor,
+    spindle: &mut impl Turns,
+) -> Played {
+    let mut cut = virtual_cut(case, ENTERS_S, LENGTH_S);
     let every = |s: f64| (s * FS_HZ).round() as usize;
     let mut out = Played {
         records: Vec::new(),
@@ -284,27 +299,20 @@ pub fn play(case: &Case, actor: &mut Actor, spindle: &mut impl Turns) -> Played 
             let hz = spindle.turn(actor, SPINDLE_S);
             cut.turn(hz);
         }
-        if let Some(report) = monitor.push(reading.value) {
-            match report.event {
-                AlarmEvent::On { frequency, .. } => {
-                    chatter_hz = Some(f64::from(frequency));
-                    out.heard_hz = out.heard_hz.or(chatter_hz);
-                    out.alarms.push((t_s, None));
-                }
-                AlarmEvent::Off { .. } => {
-                    chatter_hz = None;
-                    if let Some(last) = out.alarms.last_mut() {
-                        last.1 = Some(t_s);
-                    }
-                }
-                AlarmEvent::None => {}
+        let heard = ear.hear(reading.value);
+        if let Some(f) = heard.called_hz {
+            chatter_hz = Some(f);
+            out.heard_hz = out.heard_hz.or(chatter_hz);
+            out.alarms.push((t_s, None));
+        }
+        if heard.released {
+            chatter_hz = None;
+            if let Some(last) = out.alarms.last_mut() {
+                last.1 = Some(t_s);
             }
-            if let (Some(f), State::Chatter) = (&mut chatter_hz, report.state) {
-                let excited = report.modes.iter().flatten();
-                let excited = excited.filter(|m| m.label == Label::SelfExcited);
-                let loudest = excited.max_by(|a, b| a.amplitude.total_cmp(&b.amplitude));
-                *f = loudest.map_or(*f, |m| f64::from(m.frequency));
-            }
+        }
+        if let (Some(f), Some(loudest)) = (&mut chatter_hz, heard.loudest_hz) {
+            *f = loudest;
         }
         if n % every(STEP_S) == 0 {
             out.swing_m.push((t_s, extent.swing_m()));
@@ -313,7 +321,7 @@ pub fn play(case: &Case, actor: &mut Actor, spindle: &mut impl Turns) -> Played 
             let step = actor.step(t_s, |record| out.records.push(record));
             step.expect("no log");
             if let Some(hz) = actor.reading().and_then(Reading::spindle_hz) {
-                monitor.tell_speed(hz as f32).expect("in range");
+                ear.tell_speed(hz);
                 out.speeds.push((t_s, cut.machine().spindle_hz));
             }
         }

@@ -2,9 +2,6 @@
 //! advice is judged on.
 
 use core::ops::Range;
-use hal_sim::plant::cut::Process;
-use hal_sim::plant::truth::roots;
-use hal_sim::population::Cut;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rarma_cli::advice::machine::{Belief, Machine, Spread};
@@ -12,6 +9,9 @@ use rarma_cli::controller::{Charts, Chatter};
 use rarma_core::act::ActConfig;
 use rarma_core::advice::{AdviceConfig, HeardChatter, KnownCut, Proposal, advise};
 use rarma_core::decide::{StructuralMode, Structure};
+use rarma_plants::cut::Process;
+use rarma_plants::population::Cut;
+use rarma_plants::truth::roots;
 
 /// The reach: an override of 50 to 150 %.
 pub const REACH: (f64, f64) = (0.5, 1.5);

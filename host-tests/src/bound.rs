@@ -7,7 +7,7 @@
 //! is used here.
 
 use crate::signal;
-use hal_sim::plant::modal_noise::ModalNoise;
+use rarma_plants::modal_noise::ModalNoise;
 use std::f64::consts::{PI, TAU};
 
 /// Points on the upper half circle over which J is integrated.

@@ -3,11 +3,11 @@
 use crate::exciter::{drawing, plant};
 use crate::rig::{answer, quiet, set};
 use hal_sim::exciter::calibrated;
-use hal_sim::plant::cers::ExciterConfig;
 use hal_sim::rig::{FaultEvent, Heard, RigConfig, RigSetUp, SimBox, SimRig};
 use rarma_box::guard::{Mode, Stage};
 use rarma_box::settings::SettingValue;
 use rarma_box::wire::{Answer, Command, EndMessage, ExcitationMessage, LineMessage, Telemetry};
+use rarma_plants::cers::ExciterConfig;
 use rarma_rigs::cers::{Direction, ExcitationJob, Magnet, Signal};
 
 /// A stepped sine over the band of the modes.

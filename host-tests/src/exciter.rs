@@ -2,7 +2,7 @@
 //! from a record to a response.
 
 use hal_sim::exciter::{Measurement, Record, measure};
-use hal_sim::plant::cers::ExciterConfig;
+use rarma_plants::cers::ExciterConfig;
 use rarma_rigs::cers::{
     AxisForce, Dodge, Eddy, Frf, FrfLine, Geometry, LineSet, Lines, Path, Phases, RealFft,
     RegulatorConfig, Window, lower_crest, multisine, remove_orders,

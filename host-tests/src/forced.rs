@@ -5,9 +5,9 @@
 //! when the speed does, to the bit. The modes are exactly sampled ([`ModalNoise`]).
 
 use core::f64::consts::{PI, TAU};
-use hal_sim::plant::modal_noise::{Drive, ModalNoise, ModalNoiseConfig, NoiseMode, Quantity};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rarma_plants::modal_noise::{Drive, ModalNoise, ModalNoiseConfig, NoiseMode, Quantity};
 
 /// Power of all tooth harmonics together over that of the modes, dB.
 pub const FORCED_DB: f64 = 20.0;

@@ -82,6 +82,15 @@ impl Grbl {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// The speed that it commands, 1/min, for whoever plays the spindle.
+    pub fn turns(&self) -> impl Fn() -> f64 + Send + use<> {
+        let state = Arc::clone(&self.state);
+        move || {
+            let state = state.lock().unwrap_or_else(PoisonError::into_inner);
+            state.rpm()
+        }
+    }
+
     /// The cable is pulled.
     pub fn pull(&mut self) {
         self.ends.store(true, Ordering::SeqCst);
@@ -132,8 +141,12 @@ fn serve(mut port: TcpStream, state: &Mutex<State>, ends: &AtomicBool) {
 }
 
 impl State {
+    fn rpm(&self) -> f64 {
+        (self.program_rpm * f64::from(self.spindle) / 100.0).min(self.most_rpm)
+    }
+
     fn report(&self) -> String {
-        let rpm = (self.program_rpm * f64::from(self.spindle) / 100.0).min(self.most_rpm);
+        let rpm = self.rpm();
         format!(
             "<{}|MPos:0.000,0.000,0.000|FS:500,{rpm:.0}|Ov:{},100,{}>\r\nok\r\n",
             self.name, self.feed, self.spindle

@@ -2,11 +2,11 @@
 //! nanoseconds a sample, and the good signal by which its health is judged after.
 
 use crate::signal;
-use hal_sim::plant::modal::Mode;
-use hal_sim::plant::modal_noise::ModalNoise;
-use hal_sim::plant::process::{Contact, ForceNoise, Schedule};
-use hal_sim::plant::stability::turning_limit;
-use hal_sim::plant::turning::{Turning, TurningConfig};
+use rarma_plants::modal::Mode;
+use rarma_plants::modal_noise::ModalNoise;
+use rarma_plants::process::{Contact, ForceNoise, Schedule};
+use rarma_plants::stability::turning_limit;
+use rarma_plants::turning::{Turning, TurningConfig};
 use std::f64::consts::TAU;
 
 /// Sampling rate of every signal here, Hz: 48 kHz after the box's decimation by 8.

@@ -1,7 +1,7 @@
 //! Whole ball bar tests on simulated machines, evaluated as the commands do it.
 
-use hal_sim::plant::ldbb::drive::{Recorded, Test, Trouble, circles};
-use hal_sim::plant::ldbb::{AirConfig, Around, BenchConfig, GaugeConfig, Geometry, MachineConfig};
+use rarma_plants::ldbb::drive::{Recorded, Test, Trouble, circles};
+use rarma_plants::ldbb::{AirConfig, Around, BenchConfig, GaugeConfig, Geometry, MachineConfig};
 use rarma_recordings::input::RunData;
 use rarma_rigs::ldbb::{ForceLaw, ProcedureConfig, Schedule, ValveConfig};
 use rarma_scenarios::ldbb::{Findings, Options, evaluate, from_recorded};

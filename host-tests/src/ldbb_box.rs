@@ -2,11 +2,11 @@
 //! circle tests, and what the box told of them.
 
 use crate::rig::{answer, quiet};
-use hal_sim::plant::ldbb::drive::program;
-use hal_sim::plant::ldbb::{BenchConfig, MotionFault};
 use hal_sim::rig::{FaultEvent, RigSetUp, SimBox, SimRig};
 use rarma_box::guard::{FaultCode, Mode, Severity, Stage};
 use rarma_box::wire::{Answer, CIRCLE_RATE_HZ, CircleJob, CircleMessage, Command, Telemetry};
+use rarma_plants::ldbb::drive::program;
+use rarma_plants::ldbb::{BenchConfig, MotionFault};
 use rarma_recordings::input::RunData;
 use rarma_rigs::ldbb::{AngleMap, ForceLaw, ProcedureConfig, RunFault, Sense};
 use rarma_scenarios::ldbb::{Findings, Options, evaluate};

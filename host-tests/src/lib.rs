@@ -4,14 +4,17 @@
 //! Nothing here is part of the product; the tests stand one file per promise in
 //! `tests/`.
 
+pub mod act_ear;
 pub mod act_judge;
 pub mod act_loop;
+pub mod acting;
 pub mod advice;
 pub mod amplitude;
 pub mod bars;
 pub mod board_model;
 pub mod bound;
 pub mod cers_rig;
+pub mod component;
 pub mod encoder;
 pub mod every_command;
 pub mod exciter;

@@ -15,6 +15,10 @@ use std::time::{Duration, Instant};
 const RUNNER: &str = "127.0.0.1:9872";
 /// Where rarma_override.py does.
 pub const COMPONENT: &str = "127.0.0.1:9871";
+/// The files of the component.
+const TOOLS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tools/linuxcnc");
+/// The line of rarma.hal that says after how long without a beat HAL gives back, s.
+const DEAD_MAN: &str = "setp watchdog.timeout-0 ";
 /// It has this long to start.
 const START: Duration = Duration::from_secs(60);
 
@@ -33,7 +37,6 @@ impl LinuxCnc {
     #[must_use]
     pub fn start(folder: &Path) -> Self {
         alone();
-        let tools = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tools/linuxcnc");
         for name in [
             "rarma.hal",
             "rarma_override.py",
@@ -41,7 +44,7 @@ impl LinuxCnc {
             "sim/run.py",
             "sim/spindle.hal",
         ] {
-            let from = tools.join(name);
+            let from = Path::new(TOOLS).join(name);
             let to = folder.join(from.file_name().expect("a name"));
             fs::copy(&from, to).expect("copied");
         }
@@ -61,7 +64,8 @@ impl LinuxCnc {
         edit("rarma.hal", "rarma-most 1.2", "rarma-most 1.5");
         // Without a real-time kernel, on a busy computer, its fast thread has been seen to stand
         // still for longer than 0.3 s, and the dead man did what it is for.
-        edit("rarma.hal", "timeout-0 0.3", "timeout-0 1.0");
+        let shipped = format!("{DEAD_MAN}{}", shipped_dead_man_s());
+        edit("rarma.hal", &shipped, &format!("{DEAD_MAN}1.0"));
         let said = fs::File::create(folder.join("said.txt")).expect("a file");
         let root = fs::metadata("/proc/self").is_ok_and(|m| {
             use std::os::unix::fs::MetadataExt as _;
@@ -122,6 +126,27 @@ impl LinuxCnc {
         assert_eq!(self.ask(line), "done", "{line}");
     }
 
+    /// Runs a program at this speed, 1/min, and waits until the spindle turns so: what is advised goes by the speed that
+    /// turns.
+    ///
+    /// # Panics
+    /// It does not get there.
+    pub fn run_up(&mut self, rpm: f64) {
+        self.say(&format!("run {rpm} 60"));
+        let begun = Instant::now();
+        let component = TcpStream::connect(COMPONENT).expect("it listens");
+        for line in BufReader::new(component).lines() {
+            let line = line.expect("a status");
+            let status: serde_json::Value = serde_json::from_str(&line).expect("JSON");
+            if (status["actual_rpm"].as_f64().unwrap_or(0.0) / rpm - 1.0).abs() < 0.005 {
+                break;
+            }
+            assert!(begun.elapsed() < START, "{line}");
+        }
+        // It sees that this link has ended before it takes the next.
+        thread::sleep(Duration::from_millis(200));
+    }
+
     /// Our factor of the speed, as HAL has it at this moment.
     ///
     /// # Panics
@@ -131,12 +156,29 @@ impl LinuxCnc {
         answer.parse().unwrap_or_else(|_| panic!("{answer}"))
     }
 
+    /// From now on the dead man has the time of the rarma.hal that is shipped, s, which this returns.
+    ///
+    /// # Panics
+    /// It is not done.
+    pub fn dead_man_as_shipped(&mut self) -> f64 {
+        let shipped_s = shipped_dead_man_s();
+        self.say(&format!("hal {DEAD_MAN}{shipped_s}"));
+        shipped_s
+    }
+
     fn ask(&mut self, line: &str) -> String {
         writeln!(self.lines.get_mut(), "{line}").expect("it listens");
         let mut answer = String::new();
         self.lines.read_line(&mut answer).expect("an answer");
         answer.trim_end().to_owned()
     }
+}
+
+fn shipped_dead_man_s() -> f64 {
+    let text = fs::read_to_string(Path::new(TOOLS).join("rarma.hal")).expect("read");
+    let value = text.lines().find_map(|line| line.strip_prefix(DEAD_MAN));
+    let value = value.and_then(|value| value.trim().parse().ok());
+    value.unwrap_or_else(|| panic!("rarma.hal: no line `{DEAD_MAN}`"))
 }
 
 /// There can be one at a time on a computer, and one that was ended needs a moment to go.

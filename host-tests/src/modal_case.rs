@@ -1,11 +1,11 @@
 //! Signals of known modes on which estimators are held against the Cramér–Rao bound.
 
 use crate::bound::{Bound, ModeBound};
-use hal_sim::plant::modal_noise::{ModalNoise, ModalNoiseConfig, NoiseMode};
 use rarma_core::estimate::{RarmaConfig, RecursiveArma};
 use rarma_core::real::Real;
 use rarma_core::spectrum::{FactorTracker, Roots, deviation, modal};
 use rarma_fit::{ArmaFit, Pem, PemConfig};
+use rarma_plants::modal_noise::{ModalNoise, ModalNoiseConfig, NoiseMode};
 
 /// Rate of the samples, Hz.
 pub const FS: f64 = 5000.0;

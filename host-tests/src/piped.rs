@@ -95,8 +95,16 @@ fn all(mut pipe: impl Read) -> String {
 /// # Panics
 /// The system knows no `kill`.
 pub fn interrupt(child: &Child) {
+    signal(child, "INT");
+}
+
+/// Sends a program a signal of this name (`INT`, `TERM`, …).
+///
+/// # Panics
+/// The system knows no `kill`.
+pub fn signal(child: &Child, name: &str) {
     let sent = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
+        .args([&format!("-{name}"), &child.id().to_string()])
         .status();
     assert!(sent.expect("kill").success());
 }

@@ -1,9 +1,9 @@
 //! Signals whose properties are known.
 
-use hal_sim::plant::modal_noise::{ModalNoise, ModalNoiseConfig, NoiseMode};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use rarma_plants::modal_noise::{ModalNoise, ModalNoiseConfig, NoiseMode};
 use std::f64::consts::TAU;
 
 /// White Gaussian noise of variance 1.

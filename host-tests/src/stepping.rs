@@ -5,7 +5,7 @@
 //! instant is known and nothing else changes. White measurement noise is set once,
 //! at [`SNR_DB`] below the vibration at full damping, and stays.
 
-use hal_sim::plant::modal_noise::{Drive, ModalNoise, ModalNoiseConfig, NoiseMode, Quantity};
+use rarma_plants::modal_noise::{Drive, ModalNoise, ModalNoiseConfig, NoiseMode, Quantity};
 
 /// Rate, Hz.
 pub const FS_HZ: f64 = 5000.0;

@@ -172,7 +172,7 @@ fn the_program_hears_orders_logs_and_gives_back() {
     let log = folder.path().join("act.jsonl");
     let said = folder.path().join("said.jsonl");
     let loaded = scenario::load("three-mode-chatter", Some(1)).expect("a scenario");
-    let cut = hal_sim::plant::cut::VirtualCut::new(&loaded.scenario).expect("a cut");
+    let cut = rarma_plants::cut::VirtualCut::new(&loaded.scenario).expect("a cut");
     let fs = cut.sample_rate_hz();
     let samples: Vec<f32> = cut.map(|r| r.value).collect();
     let mut child = Command::new(env!("CARGO_BIN_EXE_rarma-under-test"))

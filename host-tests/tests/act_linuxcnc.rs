@@ -1,17 +1,20 @@
 //! Promise: the loop holds with a real controller: a virtual cut at the speed at which LinuxCNC's
-//! spindle really turns chatters, is heard, LinuxCNC is ordered another speed, and the cut is
+//! spindle really turns chatters, the box's firmware hears it, LinuxCNC is ordered another speed, and the cut is
 //! stable; its operator wins, and whatever fails gives back.
 //!
 //! `cargo verify --only "loop with LinuxCNC"` installs LinuxCNC and runs it. Elsewhere it is
 //! skipped, and says so, unless `RARMA_REQUIRE_LINUXCNC` is set.
 #![cfg(target_os = "linux")]
 
+use host_tests::act_ear::Firmware;
 use host_tests::act_judge::{Judged, Kind, SEEDS, drawn};
-use host_tests::act_loop::{LIMITS, play, simulated};
+use host_tests::act_loop::{FS_HZ, LIMITS, play_heard, simulated};
+use host_tests::acting::{Acting, RPM as ACTING_RPM, acts, ends_given_back, log_lines};
 use host_tests::advice::Case;
 use host_tests::bars::{all_judged, holds};
 use host_tests::files::Folder;
 use host_tests::linuxcnc::{COMPONENT, LinuxCnc, RealTime};
+use host_tests::rarma;
 use host_tests::statistics::quantile;
 use rarma_cli::controller::{self, Actor};
 use rarma_core::act::ActConfig;
@@ -78,8 +81,9 @@ fn cut(mill: &mut LinuxCnc, case: &Case, told: Told) -> Judged {
         actor.step(t_s, |_| {}).expect("no log");
         thread::sleep(Duration::from_millis(20));
     }
+    let mut firmware = Firmware::of(case, FS_HZ);
     let mut clock = RealTime::from_now(hz);
-    let played = play(case, &mut actor, &mut clock);
+    let played = play_heard(case, &mut firmware, &mut actor, &mut clock);
     drop(actor);
     mill.say("abort");
     let unturned = simulated(case, false, case.about());
@@ -143,6 +147,50 @@ fn a_real_controller_turns_cuts_with_their_machine_told() {
     let pocket = cuts(&mut mill, Kind::Pocket, 2, Told::Machine);
     let turned = |j: &Judged| j.end_stable && j.orders > 0;
     assert!(count(&pocket, turned) >= 1, "{pocket:#?}");
+}
+
+/// The program as a user runs it: sound on standard input, as fast as it sounds.
+#[test]
+fn the_program_hears_orders_logs_and_gives_back() {
+    let Some(_turn) = turn() else {
+        return;
+    };
+    let folder = Folder::default();
+    let mut mill = LinuxCnc::start(folder.path());
+    // As it ends by itself, and as it is ended.
+    for (signal, code) in [(None, 1), (Some("INT"), 130), (Some("TERM"), 130)] {
+        mill.run_up(ACTING_RPM);
+        let said = Folder::default();
+        let log = said.path().join("act.jsonl");
+        let options = format!(
+            "--controller linuxcnc --act --override 80:120 --log {}",
+            log.display()
+        );
+        let mut acting = Acting::begin(rarma!(), said.path(), &options);
+        // Lower than any but an order would have it; it is sent no further than it may.
+        let mut least = 1.0_f64;
+        acting.until("an order stands", || {
+            least = least.min(mill.factor());
+            acts(&log).iter().any(|act| act == "arrived")
+        });
+        least = least.min(mill.factor());
+        assert!((0.8 - 1e-6..0.95).contains(&least), "{least}");
+        match signal {
+            Some(signal) => acting.signal(signal),
+            None => acting.end_sound(),
+        }
+        let ended = acting.ended();
+        assert_eq!(ended.code, Some(code), "{signal:?}: {ended:?}");
+        // It is said to be back within half a percent, and HAL goes on by itself.
+        let factor = mill.factor();
+        assert!((factor - 1.0).abs() < 0.007, "{signal:?}: {factor}");
+        let lines = log_lines(&log);
+        let ordered = lines.iter().find(|line| line["act"] == "ordered");
+        let to = ordered.and_then(|line| line["to"]["spindle"].as_f64());
+        assert!(to.is_some_and(|to| (80.0..95.0).contains(&to)), "{lines:?}");
+        ends_given_back(&lines);
+        mill.say("abort");
+    }
 }
 
 #[test]

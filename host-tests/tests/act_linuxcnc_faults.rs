@@ -4,12 +4,15 @@
 //! Run like act_linuxcnc, and skipped like it.
 #![cfg(target_os = "linux")]
 
+use host_tests::acting::{Acting, acts};
 use host_tests::files::Folder;
 use host_tests::linuxcnc::{COMPONENT, LinuxCnc};
+use host_tests::rarma;
 use rarma_cli::controller::{self, Actor, Chatter, What};
 use rarma_core::act::ActConfig;
 use std::io::Write as _;
 use std::net::TcpStream;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -147,6 +150,37 @@ fn back(mill: &mut LinuxCnc) -> f64 {
     }
 }
 
+/// A fault by its name: what it does to a LinuxCNC that runs, and what comes of it.
+type Fault = (&'static str, fn(&mut LinuxCnc));
+
+/// One after the other with one LinuxCNC, which takes seconds to start; the last one ends its component.
+const FAULTS: [Fault; 12] = [
+    ("the operator turns the override", the_operator_wins),
+    ("emergency stop", an_emergency_stop_gives_back),
+    ("the program ends", the_end_of_the_program_gives_back),
+    ("a second alarm during the change", a_second_alarm_waits),
+    (
+        "the override is clamped in mid-course",
+        a_clamped_override_is_given_back,
+    ),
+    ("the override is refused", a_refused_override_is_given_back),
+    (
+        "the drive does not follow",
+        a_speed_that_is_not_reached_is_given_back,
+    ),
+    ("the link is cut in mid-course", a_cut_link_gives_back),
+    (
+        "rarma says nothing any more",
+        a_program_that_hangs_gives_back,
+    ),
+    (
+        "orders beyond the limits of HAL",
+        hal_keeps_its_limits_and_its_rate,
+    ),
+    ("rarma is killed", a_killed_program_gives_back),
+    ("the component is killed", a_killed_component_gives_back),
+];
+
 #[test]
 fn whatever_fails_gives_back() {
     if std::env::var_os("RARMA_REQUIRE_LINUXCNC").is_none() {
@@ -155,9 +189,15 @@ fn whatever_fails_gives_back() {
     }
     let folder = Folder::default();
     let mut mill = LinuxCnc::start(folder.path());
-    let mill = &mut mill;
+    for (name, fault) in FAULTS {
+        println!("fault: {name}");
+        let held = catch_unwind(AssertUnwindSafe(|| fault(&mut mill)));
+        assert!(held.is_ok(), "fault: {name}: see what was said above");
+    }
+}
 
-    // The operator turns the knob: it is left as he set it.
+/// It is left as he set it.
+fn the_operator_wins(mill: &mut LinuxCnc) {
     let mut hand = Hand::ordered(mill);
     mill.say("override 105");
     hand.go(0.5);
@@ -169,25 +209,34 @@ fn whatever_fails_gives_back() {
     assert!((in_force - 1.05).abs() < 0.001, "{in_force}");
     drop(hand);
     mill.say("abort");
+}
 
-    // Emergency stop.
+fn an_emergency_stop_gives_back(mill: &mut LinuxCnc) {
     let mut hand = Hand::ordered(mill);
     mill.say("estop");
     hand.go(1.0);
-    let ends = hand.ends();
-    assert!(ends == ["stopped"] || ends == ["program-end"], "{ends:?}");
+    // LinuxCNC switches the machine off before it ends the program, and the component looks at the program first: where that
+    // has ended, the machine is seen to be off.
+    assert_eq!(hand.ends(), ["stopped"]);
     assert!((hand.in_force() - 1.0).abs() < 0.001);
-    drop(hand);
+    // Nothing is ordered of a machine that has stopped.
+    hand.chatter_hz = Some(CHATTER_HZ);
+    hand.go(0.5);
+    let last = hand.actor.reading().expect("a report");
+    assert!(last.stopped, "{last:?}");
+    assert_eq!(hand.orders(), 1, "{:#?}", hand.said);
+}
 
-    // The program ends; the next one may be ordered of again.
+/// The next one may be ordered of again.
+fn the_end_of_the_program_gives_back(mill: &mut LinuxCnc) {
     let mut hand = Hand::ordered(mill);
     mill.say("abort");
     hand.go(0.5);
     assert_eq!(hand.ends(), ["program-end"]);
     assert!((hand.in_force() - 1.0).abs() < 0.001);
-    drop(hand);
+}
 
-    // A second alarm during the change brings no second order.
+fn a_second_alarm_waits(mill: &mut LinuxCnc) {
     let mut hand = Hand::ordering(mill);
     hand.chatter_hz = None;
     hand.go(0.04);
@@ -197,40 +246,55 @@ fn whatever_fails_gives_back() {
     drop(hand);
     mill.say("abort");
     back(mill);
+}
 
-    // The override is clamped in mid-course, and refused.
-    for least in ["0.95", "1.0"] {
-        let mut hand = Hand::on(mill);
-        mill.say(&format!("hal sets rarma-least {least}"));
-        hand.chatter_hz = Some(CHATTER_HZ);
-        hand.go(0.1);
-        hand.chatter_hz = None;
-        hand.go(2.0);
-        hand.given_back(mill, "refused");
-        mill.say("hal sets rarma-least 0.5");
-    }
+fn a_clamped_override_is_given_back(mill: &mut LinuxCnc) {
+    an_override_that_stays_is_given_back(mill, 0.95);
+}
 
-    // The drive does not reach what is commanded.
+fn a_refused_override_is_given_back(mill: &mut LinuxCnc) {
+    an_override_that_stays_is_given_back(mill, 1.0);
+}
+
+/// HAL takes none below this.
+fn an_override_that_stays_is_given_back(mill: &mut LinuxCnc, least: f64) {
+    let mut hand = Hand::on(mill);
+    mill.say(&format!("hal sets rarma-least {least}"));
+    hand.chatter_hz = Some(CHATTER_HZ);
+    hand.go(0.1);
+    hand.chatter_hz = None;
+    hand.go(2.0);
+    hand.given_back(mill, "refused");
+    mill.say("hal sets rarma-least 0.5");
+}
+
+fn a_speed_that_is_not_reached_is_given_back(mill: &mut LinuxCnc) {
     let mut hand = Hand::ordered(mill);
     mill.say("hal setp limit_speed.max 9000");
     hand.go(2.0);
     mill.say("hal setp limit_speed.max 100000");
     hand.given_back(mill, "speed");
+}
 
-    // The link is cut in mid-course: HAL gives back by itself.
+/// HAL gives back by itself.
+fn a_cut_link_gives_back(mill: &mut LinuxCnc) {
     let hand = Hand::ordering(mill);
     assert!(mill.factor() < 1.0);
     drop(hand);
     println!("link cut: back after {:.2} s", back(mill));
     mill.say("abort");
+}
 
-    // rarma hangs: the link stands, and nothing is said.
+/// The link stands.
+fn a_program_that_hangs_gives_back(mill: &mut LinuxCnc) {
     let hand = Hand::ordered(mill);
     println!("nothing said: back after {:.2} s", back(mill));
     drop(hand);
     mill.say("abort");
+}
 
-    // Whatever is said to it, HAL keeps its limits and its rate.
+/// Whatever is said to it.
+fn hal_keeps_its_limits_and_its_rate(mill: &mut LinuxCnc) {
     mill.say("run 11000 60");
     let mut raw = TcpStream::connect(COMPONENT).expect("it listens");
     let begun = Instant::now();
@@ -254,13 +318,60 @@ fn whatever_fails_gives_back() {
         back(mill)
     );
     mill.say("abort");
+}
 
-    // The component is killed, which ends the link: said, and HAL gives back.
+/// The program itself, which cannot give back any more: HAL does.
+fn a_killed_program_gives_back(mill: &mut LinuxCnc) {
+    let folder = Folder::default();
+    let mut acting = ordering_program(mill, &folder);
+    acting.signal("KILL");
+    println!("rarma killed: back after {:.2} s", back(mill));
+    let ended = acting.ended();
+    assert_eq!(ended.code, None, "{ended:?}");
+    let acts = acts(&folder.path().join("act.jsonl"));
+    assert!(!acts.iter().any(|act| act == "ends"), "{acts:?}");
+    mill.say("abort");
+}
+
+/// Which ends the link: said, and HAL gives back after the time that is shipped.
+fn a_killed_component_gives_back(mill: &mut LinuxCnc) {
     let mut hand = Hand::ordered(mill);
+    let ordered = mill.factor();
+    assert!(ordered < 0.95, "{ordered}");
+    let shipped_s = mill.dead_man_as_shipped();
+    let killed = Instant::now();
     mill.say("kill");
-    println!("component killed: back after {:.2} s", back(mill));
+    let begins_s = loop {
+        if mill.factor() > ordered + 0.001 {
+            break killed.elapsed().as_secs_f64();
+        }
+        assert!(killed.elapsed() < Duration::from_secs(3), "{ordered}");
+        thread::sleep(Duration::from_millis(5));
+    };
+    println!(
+        "component killed: HAL goes back after {begins_s:.2} s, is back {:.2} s later",
+        back(mill)
+    );
+    // The last beat is 0.02 s older at most; what is added is a busy computer, and less than the longer time would be.
+    assert!(
+        (shipped_s - 0.02..shipped_s + 0.4).contains(&begins_s),
+        "{begins_s} s, shipped: {shipped_s} s"
+    );
     hand.go(3.0);
     let gone = |what: &What| matches!(what, What::Gone { .. });
     assert!(hand.said.iter().any(gone), "{:#?}", hand.said);
     assert!(!hand.actor.holds());
+}
+
+/// `rarma act` with an order in force.
+fn ordering_program(mill: &mut LinuxCnc, folder: &Folder) -> Acting {
+    mill.run_up(RPM);
+    let log = folder.path().join("act.jsonl");
+    let options = format!(
+        "--controller linuxcnc --act --override 80:120 --log {}",
+        log.display()
+    );
+    let mut acting = Acting::begin(rarma!(), folder.path(), &options);
+    acting.until("an order stands", || mill.factor() < 0.95);
+    acting
 }

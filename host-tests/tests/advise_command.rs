@@ -2,13 +2,14 @@
 //! what it must be told to say it; `monitor --json` has the same as `advice` of an alarm where
 //! speed and teeth are told, and is to the byte what it was where they are not.
 
-use hal_sim::plant::truth::roots;
 use host_tests::files::Folder;
 use host_tests::process::Ended;
 use host_tests::rarma;
+use rarma_plants::truth::roots;
 use rarma_scenarios::scenario::load;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 const SPEED_AND_TEETH: &str = "--rpm 1680 --teeth 6";
 
@@ -110,12 +111,55 @@ fn the_monitor_has_it_where_it_can_be_said_and_else_says_what_it_said() {
     let alarm = &with["summary"]["alarms"][0];
     let advised = last(&on("advise", &file, &format!("{SPEED_AND_TEETH} --json")));
     assert_eq!(alarm, &advised["alarms"][0]);
+    // It is said when the alarm is called, too: in the next line, and in no other.
+    let all = on("monitor", &file, &format!("{SPEED_AND_TEETH} --json")).json_lines();
+    let of_lines: Vec<&Value> = all.iter().filter(|l| l.get("advice").is_some()).collect();
+    assert_eq!(of_lines.len(), 1);
+    // By the frequency at the call: that of the summary is the mean over the alarm.
+    let [then, mean] = [&of_lines[0]["advice"], &alarm["advice"]];
+    assert_eq!(then["rpm"], mean["rpm"]);
+    assert!(
+        (number(&then["waves"]) / number(&mean["waves"]) - 1.0).abs() < 0.02,
+        "{then} {mean}"
+    );
+    let after = number(&of_lines[0]["t"]) - number(&alarm["on"]);
+    assert!((0.0..=0.02).contains(&after), "{after}");
     for options in ["", "--rpm 1680"] {
         assert!(
             !summary(options).to_string().contains("advice"),
             "{options}"
         );
     }
+}
+
+#[test]
+fn a_pipe_says_it_at_the_call() {
+    let folder = Folder::default();
+    let file = cut(&folder);
+    let said = |options: &str| {
+        let child = Command::new(env!("CARGO_BIN_EXE_rarma-under-test"))
+            .args(["monitor", "-"])
+            .args(options.split_whitespace())
+            .stdin(std::fs::File::open(&file).expect("a file"))
+            .output()
+            .expect("started");
+        String::from_utf8(child.stdout).expect("text")
+    };
+    let with = said(SPEED_AND_TEETH);
+    let mut lines = with.lines().skip_while(|line| !line.contains("CHATTER"));
+    let (called, next) = (lines.next().expect("called"), lines.next().expect("advice"));
+    assert!(called.contains("CHATTER"), "{with}");
+    assert!(
+        next.trim_start().starts_with("Turn ") || next.contains("No stable speed"),
+        "{with}"
+    );
+    assert!(!said("--rpm 1680").contains("1/min instead"));
+    // A file is over: there it is said at the end, by `advise` and on the page.
+    assert!(
+        !on("monitor", &file, SPEED_AND_TEETH)
+            .stdout
+            .contains("1/min instead")
+    );
 }
 
 #[test]
@@ -131,7 +175,7 @@ fn the_page_says_what_to_do_first() {
     let with = page(SPEED_AND_TEETH);
     let place = |text: &str| with.find(text).unwrap_or_else(|| panic!("no {text}"));
     assert!(place("What to do") < place("What was seen"));
-    assert!(with.contains("Speeds within reach"));
+    assert!(with.contains("Speeds within reach") && with.contains("Lobes, as heard"));
     let without = page("--rpm 1680");
     assert!(without.contains("What to do") && without.contains("number of teeth"));
     assert!(!without.contains("Speeds within reach"));

@@ -3,12 +3,12 @@
 //!
 //! Tables: `cargo test --release -p host-tests --test amplitude_of_cuts -- --nocapture`.
 
-use hal_sim::plant::cut::VirtualCut;
-use hal_sim::plant::delay::DepthSearch;
-use hal_sim::plant::truth::{limit_of, roots};
 use host_tests::amplitude::{Heard, Listening, listen};
 use host_tests::bars::{all_judged, holds};
 use rarma_core::decide::Amplitude;
+use rarma_plants::cut::VirtualCut;
+use rarma_plants::delay::DepthSearch;
+use rarma_plants::truth::{limit_of, roots};
 use rarma_scenarios::ear;
 use rarma_scenarios::scenario;
 

@@ -3,7 +3,7 @@
 //!
 //! `cargo test --release -p host-tests --test cers_loop -- --nocapture`
 
-use hal_sim::plant::cers::{COILS, CoilConfig, ExciterConfig, ExciterPlant};
+use rarma_plants::cers::{COILS, CoilConfig, ExciterConfig, ExciterPlant};
 use rarma_rigs::cers::{GapSchedule, Geometry, Regulator, RegulatorConfig, Tuning};
 use rarma_rigs::els::Complex;
 use std::f64::consts::TAU;

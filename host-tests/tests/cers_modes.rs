@@ -4,13 +4,13 @@
 //! `cargo test --release -p host-tests --test cers_modes -- --nocapture`
 
 use hal_sim::exciter::{Measurement, calibrated, measure};
-use hal_sim::plant::cers::ExciterPlant;
 use host_tests::bars::holds;
 use host_tests::exciter::{
     BLOCK, Drive, Line, RATE_HZ, drawing, drive, drive_to, how, lag, plant, record, response,
 };
 use rarma_core::spectrum::{FactorTracker, modal};
 use rarma_fit::{ArxOrder, arx_instruments};
+use rarma_plants::cers::ExciterPlant;
 use rarma_rigs::cers::{LineSet, crest_factor};
 use rarma_rigs::els::{AgreedMode, Complex, Reading, agreed, fit_modes};
 use rayon::prelude::*;

@@ -5,13 +5,13 @@
 //! LinuxCNC did. *Stable*: when the dominant root of the delay equation, at the depth and the
 //! speed of the moment, stops growing. `--nocapture` prints the table of docs/bench.md.
 
-use hal_sim::plant::cut::{Process, VirtualCut};
-use hal_sim::plant::process::Schedule;
 use host_tests::bars::{all_judged, holds};
 use host_tests::statistics::quantile;
 use host_tests::watch::each;
 use rarma_core::decide::AlarmEvent;
 use rarma_core::monitor::{Monitor, MonitorConfig, SpindleReport};
+use rarma_plants::cut::{Process, VirtualCut};
+use rarma_plants::process::Schedule;
 use rarma_scenarios::ear::{self, Forced};
 use rarma_scenarios::scenario::{self, Loaded};
 

@@ -5,15 +5,15 @@
 //! equation. `--nocapture` prints the tables; the long forms (all depths, five ramps) are by
 //! `cargo test --release -p host-tests --test cutting -- --ignored --nocapture`.
 
-use hal_sim::plant::cut::Process;
-use hal_sim::plant::delay::DepthSearch;
-use hal_sim::plant::process::Schedule;
-use hal_sim::plant::truth::{limit_of, roots};
 use host_tests::bars::{all_judged, holds};
 use host_tests::statistics::quantile;
 use host_tests::watch::{Watched, each, watch};
 use rarma_core::decide::State;
 use rarma_core::monitor::MonitorConfig;
+use rarma_plants::cut::Process;
+use rarma_plants::delay::DepthSearch;
+use rarma_plants::process::Schedule;
+use rarma_plants::truth::{limit_of, roots};
 use rarma_scenarios::ear::{self, Forced, SETTLE_S};
 use rarma_scenarios::scenario::{self, Loaded};
 

@@ -3,9 +3,9 @@
 //!
 //! `cargo test --release -p host-tests --test els_beam -- --nocapture`
 
-use hal_sim::plant::els::beam::{Material, Segment, Theory};
-use hal_sim::plant::els::link::{Link, LinkLaw};
-use hal_sim::plant::els::{Clamping, ElsConfig, ElsModel, NaturalMode, Shape};
+use rarma_plants::els::beam::{Material, Segment, Theory};
+use rarma_plants::els::link::{Link, LinkLaw};
+use rarma_plants::els::{Clamping, ElsConfig, ElsModel, NaturalMode, Shape};
 use std::f64::consts::{PI, TAU};
 
 const LENGTH_M: f64 = 1.0;

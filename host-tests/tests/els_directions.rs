@@ -3,8 +3,8 @@
 //!
 //! `cargo test --release -p host-tests --test els_directions -- --nocapture`
 
-use hal_sim::plant::modal::Mode;
 use proptest::prelude::*;
+use rarma_plants::modal::Mode;
 use rarma_rigs::els::{Complex, CutConfig, Limit, PolarPoint, Receptance, extremes, polar_limits};
 use std::f64::consts::TAU;
 

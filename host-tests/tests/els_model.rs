@@ -3,12 +3,12 @@
 //!
 //! `cargo test --release -p host-tests --test els_model -- --nocapture`
 
-use hal_sim::plant::els::fit::{Line, LoadStep, Unknown, compliances, fit_joints};
-use hal_sim::plant::els::{Clamping, ElsModel, ElsModelError, Place};
 use host_tests::rarma;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
+use rarma_plants::els::fit::{Line, LoadStep, Unknown, compliances, fit_joints};
+use rarma_plants::els::{Clamping, ElsModel, ElsModelError, Place};
 use rarma_scenarios::scenario::{SHIPPED_ELS, els_schema, load_els};
 use serde_json::Value;
 

@@ -3,13 +3,14 @@
 //!
 //! The image is the one that `RARMA_TARGET_ELF` names.
 
-use hal_sim::plant::cut::VirtualCut;
 use host_tests::resources::{Known, shared_or_skip, target_elf_or_skip};
 use rarma_box::wire::MonitorJob;
+use rarma_cli::collect::News;
 use rarma_cli::commands;
 use rarma_cli::record::{ModeRecord, Run};
 use rarma_core::Order;
 use rarma_core::monitor::MonitorConfig;
+use rarma_plants::cut::VirtualCut;
 use rarma_recordings::input::Recording;
 use rarma_scenarios::scenario;
 use std::path::{Path, PathBuf};
@@ -68,8 +69,13 @@ struct Largest {
 /// Both run: the same lines and the same alarms. How far the numbers are apart is
 /// printed before anything is asserted, for the day on which they differ.
 fn compare(name: &str, elf: &Path, recording: &Recording, job: &MonitorJob) -> Run {
-    let host = commands::listen(job, recording.samples_f32(), |_| {}).expect("a run on the host");
-    let chip = commands::on_chip(elf, job, recording).unwrap_or_else(|why| panic!("{name}: {why}"));
+    let (mut on_host, mut on_chip) = (Vec::new(), Vec::new());
+    let host = commands::listen(job, recording.samples_f32(), |news| {
+        on_host.push(news.clone())
+    })
+    .expect("a run on the host");
+    let chip = commands::on_chip(elf, job, recording, |news| on_chip.push(news.clone()))
+        .unwrap_or_else(|why| panic!("{name}: {why}"));
     let mut largest = Largest::default();
     for (c, h) in chip.lines.iter().zip(&host.lines) {
         for (c, h) in c.modes.iter().zip(&h.modes) {
@@ -109,6 +115,11 @@ fn compare(name: &str, elf: &Path, recording: &Recording, job: &MonitorJob) -> R
     // been fused or widened on one side.
     assert_eq!(same, host.lines.len(), "{name}: {largest:?}");
     assert_eq!(chip.summary, host.summary, "{name}");
+    // Alarms stand between the same lines: who hears them one by one advises alike.
+    for said in [&mut on_host, &mut on_chip] {
+        said.retain(|news| *news != News::None);
+    }
+    assert!(on_host == on_chip, "{name}: said in another order");
     chip
 }
 

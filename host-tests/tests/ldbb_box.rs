@@ -3,7 +3,6 @@
 //!
 //! `cargo test --release -p host-tests --test ldbb_box -- --nocapture`
 
-use hal_sim::plant::ldbb::MotionFault;
 use hal_sim::rig::{FaultEvent, FaultKind, SimBox};
 use host_tests::ldbb::m3;
 use host_tests::ldbb_box::{arm, job, quieter, ready, rig, run, run_as};
@@ -11,6 +10,7 @@ use host_tests::rig::set;
 use rarma_box::guard::{FaultCode, Severity, Stage};
 use rarma_box::settings::SettingValue;
 use rarma_box::wire::CircleMessage;
+use rarma_plants::ldbb::MotionFault;
 use rarma_rigs::ldbb::RunFault;
 
 #[test]

@@ -3,13 +3,13 @@
 //!
 //! `cargo test --release -p host-tests --test ldbb_box_hysteresis -- --nocapture`
 
-use hal_sim::plant::ldbb::Around;
 use host_tests::bars::{all_judged, holds};
 use host_tests::ldbb::m3;
 use host_tests::ldbb_box::{job, ready, run};
 use host_tests::rig::answer;
 use rarma_box::guard::{Denial, Stage};
 use rarma_box::wire::{Answer, CircleMessage, Command, Refused, StandJob, Telemetry};
+use rarma_plants::ldbb::Around;
 
 /// The static test by the box: figure 17's hysteresis, table 2's stiffness, four directions.
 #[test]

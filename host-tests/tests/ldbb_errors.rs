@@ -3,12 +3,12 @@
 //!
 //! `cargo test --release -p host-tests --test ldbb_errors -- --nocapture`
 
-use hal_sim::plant::ldbb::machine::Commanded;
-use hal_sim::plant::ldbb::{Geometry, MachineConfig};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rarma_core::Real;
+use rarma_plants::ldbb::machine::Commanded;
+use rarma_plants::ldbb::{Geometry, MachineConfig};
 use rarma_rigs::ldbb::{
     Circle, ErrorFit, ForceCalibration, ForceLaw, LdbbError, MachineErrors, Measured, Sense, Terms,
     Trace, spikes,

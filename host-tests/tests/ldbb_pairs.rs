@@ -3,10 +3,10 @@
 //!
 //! `cargo test --release -p host-tests --test ldbb_pairs -- --nocapture`
 
-use hal_sim::plant::ldbb::drive::{Trouble, circles};
 use host_tests::files::Folder;
 use host_tests::process::{Ended, Rarma};
 use host_tests::rarma;
+use rarma_plants::ldbb::drive::{Trouble, circles};
 use rarma_recordings::input::RunData;
 use rarma_rigs::ldbb::{ForceLaw, Schedule, Sense, ValveConfig};
 use rarma_scenarios::ldbb::{from_recorded, without_its_other};

@@ -2,9 +2,9 @@
 //!
 //! `cargo test --release -p host-tests --test ldbb_procedure -- --nocapture`
 
-use hal_sim::plant::ldbb::drive::{AirFault, Test, Trouble, circles};
-use hal_sim::plant::ldbb::{MachineConfig, MotionFault};
 use host_tests::ldbb::{at_feed, m3};
+use rarma_plants::ldbb::drive::{AirFault, Test, Trouble, circles};
+use rarma_plants::ldbb::{MachineConfig, MotionFault};
 use rarma_rigs::ldbb::{
     Procedure, ProcedureConfig, RunFault, Schedule, Seen, Sense, Stage, ValveConfig,
 };
@@ -72,7 +72,7 @@ fn the_pressure_goes_on_with_the_way() {
     let none = Trouble::default();
     let test = circles(m3(), config, ValveConfig::default(), schedule, &none).expect("sound");
     assert_eq!((test.fault, test.runs.len()), (None, 10));
-    let mean = |part: &[hal_sim::plant::ldbb::drive::Point]| {
+    let mean = |part: &[rarma_plants::ldbb::drive::Point]| {
         part.iter().map(|p| p.pressure_pa).sum::<f64>() / part.len() as f64
     };
     let ends: Vec<(f64, f64)> = test

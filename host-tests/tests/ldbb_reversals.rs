@@ -4,11 +4,11 @@
 //!
 //! `cargo test --release -p host-tests --test ldbb_reversals -- --nocapture`
 
-use hal_sim::plant::ldbb::drive::{Test, Trouble, circles};
-use hal_sim::plant::ldbb::{BenchConfig, Geometry, MotionFault};
 use host_tests::ldbb::{at_feed, m3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rarma_plants::ldbb::drive::{Test, Trouble, circles};
+use rarma_plants::ldbb::{BenchConfig, Geometry, MotionFault};
 use rarma_rigs::ldbb::{Proof, RunFault, Schedule, ValveConfig};
 
 /// Machines by chance, of each kind.

@@ -3,11 +3,11 @@
 //!
 //! `cargo test --release -p host-tests --test ldbb_stiffness -- --nocapture`
 
-use hal_sim::plant::ldbb::drive::standing;
-use hal_sim::plant::ldbb::machine::Commanded;
-use hal_sim::plant::ldbb::{Around, BenchConfig, Machine};
 use host_tests::bars::holds;
 use host_tests::ldbb::{PRESSURES_PA, at_feed, found, m3};
+use rarma_plants::ldbb::drive::standing;
+use rarma_plants::ldbb::machine::Commanded;
+use rarma_plants::ldbb::{Around, BenchConfig, Machine};
 use rarma_recordings::input::Static;
 use rarma_rigs::ldbb::{
     ForceLaw, Inclination, LdbbError, ProcedureConfig, Schedule, StandingConfig, ValveConfig,
@@ -169,7 +169,7 @@ fn inclinations() {
         };
         let pressures: Vec<f32> = settings.iter().map(|s| s.pressure_pa as f32).collect();
         let schedule = Schedule::new(&pressures, true, false).expect("rising");
-        let test = hal_sim::plant::ldbb::drive::circles(
+        let test = rarma_plants::ldbb::drive::circles(
             bench,
             config,
             ValveConfig::default(),

@@ -1,16 +1,16 @@
 //! Promise: the search for a stability limit ends, with the limit or with the truth about
 //! why there is none.
 
-use hal_sim::plant::cut::Process;
-use hal_sim::plant::delay::DepthSearch;
-use hal_sim::plant::error::PlantError;
-use hal_sim::plant::growth::milling_growth;
-use hal_sim::plant::milling::{Engagement, MillingConfig};
-use hal_sim::plant::modal::{Mode, ShapedMode};
-use hal_sim::plant::process::Schedule;
-use hal_sim::plant::truth::{Truth, limit_of};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rarma_plants::cut::Process;
+use rarma_plants::delay::DepthSearch;
+use rarma_plants::error::PlantError;
+use rarma_plants::growth::milling_growth;
+use rarma_plants::milling::{Engagement, MillingConfig};
+use rarma_plants::modal::{Mode, ShapedMode};
+use rarma_plants::process::Schedule;
+use rarma_plants::truth::{Truth, limit_of};
 use rayon::prelude::*;
 
 /// Three skew modes in a slot at a low speed: many roots of nearly equal size.

@@ -6,11 +6,11 @@
 //! the table.
 
 use core::f64::consts::TAU;
-use hal_sim::plant::delay::{Border, Crossing, DepthSearch, limit, milling_delay};
-use hal_sim::plant::growth::milling_limit_in_time;
-use hal_sim::plant::milling::{Engagement, MillingConfig};
-use hal_sim::plant::modal::Mode;
-use hal_sim::plant::stability::milling_limit;
+use rarma_plants::delay::{Border, Crossing, DepthSearch, limit, milling_delay};
+use rarma_plants::growth::milling_limit_in_time;
+use rarma_plants::milling::{Engagement, MillingConfig};
+use rarma_plants::modal::Mode;
+use rarma_plants::stability::milling_limit;
 
 const RPM: [f64; 4] = [6e3, 10e3, 15e3, 20e3];
 

@@ -9,12 +9,12 @@
 //! `cargo test --release -p host-tests --test process_damping -- --nocapture` prints
 //! the table.
 
-use hal_sim::plant::cut::Process;
-use hal_sim::plant::process::Schedule;
-use hal_sim::plant::truth::roots;
 use host_tests::files::{FLOAT, Folder, wav};
 use host_tests::rarma;
 use host_tests::statistics::{quantile, rms};
+use rarma_plants::cut::Process;
+use rarma_plants::process::Schedule;
+use rarma_plants::truth::roots;
 use rarma_scenarios::ear::{self, Forced};
 use rarma_scenarios::scenario::{self, Loaded};
 use std::path::{Path, PathBuf};

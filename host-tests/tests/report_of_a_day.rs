@@ -56,6 +56,7 @@ fn line(t: f64) -> Line {
         },
         amplitude: None,
         agreement: None,
+        advice: None,
     }
 }
 

@@ -5,10 +5,6 @@
 //! `cargo test --release -p host-tests --test speed_variation -- --ignored --nocapture`.
 
 use firmware::monitor::MonitorDuty;
-use hal_sim::plant::cut::Process;
-use hal_sim::plant::truth::roots;
-use hal_sim::plant::variation::SpeedVariation;
-use hal_sim::population::Cut;
 use host_tests::advice::{Case, F_NOISE, HEARD_HZ};
 use host_tests::page;
 use rand::{Rng, SeedableRng};
@@ -17,6 +13,10 @@ use rand_distr::StandardNormal;
 use rarma_box::wire::{MonitorJob, Telemetry};
 use rarma_core::advice::{HeardChatter, VariationConfig, vary};
 use rarma_core::monitor::MonitorConfig;
+use rarma_plants::cut::Process;
+use rarma_plants::population::Cut;
+use rarma_plants::truth::roots;
+use rarma_plants::variation::SpeedVariation;
 use rayon::prelude::*;
 use std::fmt::Write as _;
 

@@ -3,11 +3,11 @@
 //!
 //! `cargo test --release -p host-tests --test turning_limits -- --nocapture`
 
-use hal_sim::plant::cut::Process;
-use hal_sim::plant::delay::{DepthSearch, limit, turning_delay, turning_roots};
-use hal_sim::plant::process::{Contact, ForceNoise, Schedule};
-use hal_sim::plant::stability::{turning_limit, turning_lobe_hz};
-use hal_sim::plant::turning::{Turning, TurningConfig};
+use rarma_plants::cut::Process;
+use rarma_plants::delay::{DepthSearch, limit, turning_delay, turning_roots};
+use rarma_plants::process::{Contact, ForceNoise, Schedule};
+use rarma_plants::stability::{turning_limit, turning_lobe_hz};
+use rarma_plants::turning::{Turning, TurningConfig};
 use rarma_scenarios::scenario;
 
 /// Amplitude of the fourth quarter over that of the second, 0.8 s: own reference,

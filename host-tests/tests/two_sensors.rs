@@ -4,8 +4,6 @@
 //! `cargo test --release -p host-tests --test two_sensors -- --nocapture` prints the
 //! tables.
 
-use hal_sim::plant::modal_noise::{ModalNoise, ModalNoiseConfig, NoiseMode};
-use hal_sim::plant::sound::Pickup;
 use host_tests::bars::{all_judged, holds};
 use host_tests::files::{FLOAT, Folder, wav};
 use host_tests::resources::{Known, shared_or_skip};
@@ -15,6 +13,8 @@ use rarma_core::Monitor;
 use rarma_core::condition::Fault;
 use rarma_core::decide::{AlarmEvent, ChannelFault};
 use rarma_core::monitor::{MonitorConfig, PairConfig, PairMonitor};
+use rarma_plants::modal_noise::{ModalNoise, ModalNoiseConfig, NoiseMode};
+use rarma_plants::sound::Pickup;
 use rarma_scenarios::ear::{self, Forced};
 use rarma_scenarios::scenario;
 use serde_json::Value;

@@ -6,9 +6,6 @@
 
 use clap::Parser;
 use core::f64::consts::TAU;
-use hal_sim::plant::cut::{Machine, Process};
-use hal_sim::plant::process::Schedule;
-use hal_sim::plant::truth::roots;
 use host_tests::bars::{all_judged, holds};
 use host_tests::files::Folder;
 use host_tests::rarma;
@@ -19,6 +16,9 @@ use rarma_cli::record::Summary;
 use rarma_core::Order;
 use rarma_core::condition::Band;
 use rarma_core::monitor::MonitorConfig;
+use rarma_plants::cut::{Machine, Process};
+use rarma_plants::process::Schedule;
+use rarma_plants::truth::roots;
 use rarma_scenarios::ear::{self, Forced};
 use rarma_scenarios::scenario::{self, Loaded};
 

@@ -289,7 +289,7 @@ pub struct MonitorArgs {
     #[command(flatten)]
     pub numbers: NumbersArgs,
     /// Seconds between two lines, 0.0001 to 3600.
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.01, value_parser = every)]
+    #[arg(long, value_name = "SECONDS", default_value_t = USUAL_EVERY_S, value_parser = every)]
     pub every: f64,
     /// One JSON object a line on standard output, the summary last.
     #[arg(long)]
@@ -328,6 +328,9 @@ fn one_channel(option: clap::Arg) -> clap::Arg {
     }
     option.hide(needs_two)
 }
+
+/// Seconds between two lines where nobody says so.
+pub const USUAL_EVERY_S: f64 = 0.01;
 
 /// Options of `demo`.
 #[derive(Debug, Clone, Args)]

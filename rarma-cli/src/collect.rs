@@ -8,7 +8,7 @@ use crate::record::{
     State, Summary,
 };
 use crate::standing::StandingAlarm;
-use crate::translate::{decimal, line, notice};
+use crate::translate::{alarm, decimal, line, notice};
 use rarma_box::wire::{Finished, Refusal, Telemetry};
 use rarma_core::condition::HealthCounts;
 use rarma_core::decide::Histogram;
@@ -57,6 +57,14 @@ pub enum News {
 }
 
 impl Collector {
+    /// For a box that is listening already, at this rate, Hz: what began before was not heard.
+    pub fn of_rate(fs_hz: f64) -> Self {
+        Self {
+            fs: fs_hz,
+            ..Self::default()
+        }
+    }
+
     /// Takes one message.
     pub fn take(&mut self, message: &Telemetry) -> News {
         match message {
@@ -73,25 +81,16 @@ impl Collector {
                 return News::Line(line);
             }
             Telemetry::Alarm(message) => {
-                let t = message.sample as f64 / self.fs;
+                let now = alarm(message, self.fs);
                 if message.on {
                     self.keep_standing();
-                    let alarm = Alarm {
-                        on: t,
-                        off: None,
-                        f: decimal(message.frequency),
-                        zeta: decimal(message.damping),
-                        zeta_median: None,
-                        zeta_deviation: None,
-                        advice: None,
-                    };
-                    self.standing = Some(StandingAlarm::new(alarm.clone()));
-                    return News::On(alarm);
+                    self.standing = Some(StandingAlarm::new(now.clone()));
+                    return News::On(now);
                 } else if let Some(standing) = self.standing.take() {
                     let alarm = Alarm {
-                        off: Some(t),
-                        f: decimal(message.frequency),
-                        zeta: decimal(message.damping),
+                        off: Some(now.on),
+                        f: now.f,
+                        zeta: now.zeta,
                         ..standing.told()
                     };
                     self.keep(alarm.clone());
@@ -255,11 +254,6 @@ impl WholeRun {
         }
     }
 
-    /// What the messages came to so far.
-    pub fn collector(&self) -> &Collector {
-        &self.collector
-    }
-
     /// The run, none if its last message has not come.
     pub fn run(self) -> Option<Run> {
         let summary = self.collector.summary()?;
@@ -277,41 +271,5 @@ impl WholeRun {
             summary,
             histograms: self.histograms,
         }
-    }
-}
-
-impl Run {
-    /// Says all of a run again, in order of time.
-    pub fn tell(&self, mut hear: impl FnMut(News)) {
-        let mut histograms = self.histograms.iter().peekable();
-        let mut on = self.summary.alarms.iter().peekable();
-        let mut off = on.clone();
-        let mut tell = |t: f64, hear: &mut dyn FnMut(News)| {
-            loop {
-                let next_on = on.peek().filter(|a| a.on <= t).map(|a| a.on);
-                let next_off = off.peek().and_then(|a| a.off).filter(|at| *at < t);
-                let at = histograms.peek().filter(|h| h.t <= t).map(|h| h.t);
-                let first = [next_on, at, next_off].into_iter().flatten();
-                let Some(first) = first.reduce(f64::min) else {
-                    break;
-                };
-                if next_on == Some(first) {
-                    hear(on.next().map_or(News::None, |a| News::On(a.clone())));
-                } else if at == Some(first) {
-                    hear(
-                        histograms
-                            .next()
-                            .map_or(News::None, |h| News::Histogram(h.clone())),
-                    );
-                } else {
-                    hear(off.next().map_or(News::None, |a| News::Off(a.clone())));
-                }
-            }
-        };
-        for line in &self.lines {
-            tell(line.t, &mut hear);
-            hear(News::Line(line.clone()));
-        }
-        tell(f64::INFINITY, &mut hear);
     }
 }

@@ -1,5 +1,6 @@
 //! Messages of a box, told in words or JSON.
 
+use crate::advice::{AdviceRecord, AtBox, sentences};
 use rarma_box::guard::{Denial, FaultCode, FaultRecord, Severity};
 use rarma_box::settings::{SettingError, find};
 use rarma_box::wire::{
@@ -11,15 +12,42 @@ use rarma_rigs::ldbb::Proof;
 use rarma_scenarios::speech::shown;
 use serde::Serialize;
 
-/// One message as a line of JSON. Written out directly: a detour over a JSON value would make
-/// doubles of singles, and 0.02 would read 0.0199999995529652.
-pub fn to_json(head: Head, message: &Telemetry) -> String {
+/// Tells the messages of a box one after the other, with what to do about its alarms.
+#[derive(Debug, Clone, Default)]
+pub struct Teller {
+    at_box: AtBox,
+}
+
+impl Teller {
+    /// A message as a line of JSON: `advice` beside the message with which speed and teeth are known, once for
+    /// an alarm.
+    pub fn json(&mut self, head: Head, message: &Telemetry) -> String {
+        let advice = self.at_box.take(message);
+        to_json(head, message, advice.as_deref())
+    }
+
+    /// A message in words; none for those that only pictures are made of.
+    pub fn words(&mut self, message: &Telemetry) -> Option<String> {
+        let advice = self.at_box.take(message);
+        let first = advice.and_then(|advice| sentences(&advice).into_iter().next());
+        match (words(message), first) {
+            (Some(said), Some(first)) => Some(format!("{said}. {first}")),
+            (said, first) => said.or(first),
+        }
+    }
+}
+
+/// A message as a line of JSON. Written out directly: a detour over a JSON value would make doubles of singles, and 0.02 would read
+/// 0.0199999995529652.
+pub(crate) fn to_json(head: Head, message: &Telemetry, advice: Option<&AdviceRecord>) -> String {
     let (session, sequence) = (head.session, head.sequence);
     #[derive(Serialize)]
-    struct Line<M> {
+    struct Line<'a, M> {
         session: u32,
         sequence: u32,
         message: M,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        advice: Option<&'a AdviceRecord>,
     }
     #[derive(Serialize)]
     #[serde(rename = "Raw")]
@@ -35,11 +63,13 @@ pub fn to_json(head: Head, message: &Telemetry) -> String {
                 first: raw.first,
                 samples: raw.samples().collect(),
             },
+            advice,
         }),
         _ => serde_json::to_string(&Line {
             session,
             sequence,
             message,
+            advice,
         }),
     };
     // Numbers and names only: there is nothing that could not be written.

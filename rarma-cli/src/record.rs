@@ -6,7 +6,10 @@
 
 mod advice;
 
-pub use advice::{AdviceRecord, HelpRecord, MachineRecord, SpeedRecord, VariationRecord};
+pub(crate) use advice::known;
+pub use advice::{
+    AdviceRecord, HelpRecord, KnownRecord, LobesRecord, MachineRecord, SpeedRecord, VariationRecord,
+};
 
 pub use rarma_core::condition::{Fault, TachoFault};
 pub use rarma_core::decide::{Amplitude, Label, Origin, Reason, State};
@@ -97,6 +100,9 @@ pub struct Line {
     /// Who hears the mode in question. With two channels only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub agreement: Option<Agreement>,
+    /// What to turn instead, in the first line after an alarm was called. Where speed and teeth are told only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub advice: Option<Box<AdviceRecord>>,
 }
 
 /// One alarm, from call to release.

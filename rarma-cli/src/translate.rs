@@ -1,7 +1,9 @@
 //! The words of the wire in the words of the records.
 
-use crate::record::{AmplitudeRecord, Line, ModeRecord, NoticeKind, SpindleRecord};
-use rarma_box::wire::{AmplitudeMessage, ModeMessage, Notice, SpindleMessage, Verdict};
+use crate::record::{Alarm, AmplitudeRecord, Line, ModeRecord, NoticeKind, SpindleRecord};
+use rarma_box::wire::{
+    AlarmMessage, AmplitudeMessage, ModeMessage, Notice, SpindleMessage, Verdict,
+};
 
 /// A verdict as a line.
 pub(crate) fn line(verdict: &Verdict, fs: f64) -> Line {
@@ -13,6 +15,20 @@ pub(crate) fn line(verdict: &Verdict, fs: f64) -> Line {
         spindle: spindle(&verdict.spindle),
         amplitude: verdict.amplitude.as_ref().map(amplitude),
         agreement: None,
+        advice: None,
+    }
+}
+
+/// An alarm as it is called or released.
+pub(crate) fn alarm(message: &AlarmMessage, fs: f64) -> Alarm {
+    Alarm {
+        on: message.sample as f64 / fs,
+        off: None,
+        f: decimal(message.frequency),
+        zeta: decimal(message.damping),
+        zeta_median: None,
+        zeta_deviation: None,
+        advice: None,
     }
 }
 

@@ -1,6 +1,7 @@
 //! A response to a known input: ARX by least squares, and by refined instruments.
 
 use super::arx_fit::{ArxFit, ArxOrder};
+use super::columns::{Columns, step};
 use super::error::FitError;
 use super::instruments::Instruments;
 use super::polynomial::{reflect, reflections};
@@ -196,28 +197,22 @@ impl<'a, T: Real> Records<'a, T> {
         }
         let a = &a[..p];
         let mut equations = Instruments::<T, N>::new(k);
-        // x(t−1)…x(t−p); filtered columns of φ and ζ and the filtered output, newest
-        // first: every column begins at rest at the first equation, so what went
-        // before the record does not ring through the filter.
+        // x(t−1)…x(t−p), newest first; columns of φ and ζ, and the output, filtered.
         let mut past = [T::ZERO; N];
-        let mut filtered = [[[T::ZERO; N]; N]; 2];
+        let mut columns = [Columns::<T, N>::new(p, k); 2];
         let mut output = [T::ZERO; N];
         let mut power = Accumulator::default();
         for t in 0..self.y.len() {
             if t >= self.order.start() {
-                let mut rows = [self.row(t, None), self.row(t, Some(&past))];
-                for (row, columns) in rows.iter_mut().zip(&mut filtered) {
-                    for (x, column) in row[..k].iter_mut().zip(columns.iter_mut()) {
-                        *x = step(a, &mut column[..p], *x);
-                    }
-                }
+                let [of_phi, of_zeta] = &mut columns;
+                let mut phi = of_phi.filtered(a, &self.row(t, None));
+                let mut zeta = of_zeta.filtered(a, &self.row(t, Some(&past)));
                 let target = step(a, &mut output[..p], self.y.at(t));
                 let mut error = target;
-                for (x, theta) in rows[0][..k].iter().zip(&before.theta) {
+                for (x, theta) in phi[..k].iter().zip(&before.theta) {
                     error -= *x * *theta;
                 }
                 power.add(error * error);
-                let [mut phi, mut zeta] = rows;
                 equations.add(&mut zeta, &mut phi, target);
             }
             let mut drive = T::ZERO;
@@ -276,18 +271,4 @@ impl<'a, T: Real> Records<'a, T> {
         }
         fit
     }
-}
-
-/// One step of x ← 1/A·input; `past` newest first.
-#[inline(always)]
-fn step<T: Real>(a: &[T], past: &mut [T], input: T) -> T {
-    let mut x = input;
-    for (a, before) in a.iter().zip(past.iter()) {
-        x -= *a * *before;
-    }
-    if let Some(n) = past.len().checked_sub(1) {
-        past.copy_within(..n, 1);
-        past[0] = x;
-    }
-    x
 }

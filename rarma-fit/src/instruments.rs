@@ -35,7 +35,8 @@ impl<T: Real, const N: usize> Instruments<T, N> {
             if z == T::ZERO || !(length > T::ZERO) {
                 continue;
             }
-            let (cos, sin) = (d / length, z / length);
+            let inverse = T::ONE / length;
+            let (cos, sin) = (d * inverse, z * inverse);
             self.r[i][i] = length;
             let turn = |kept: &mut T, new: &mut T| {
                 (*kept, *new) = (cos * *kept + sin * *new, cos * *new - sin * *kept);

@@ -39,6 +39,7 @@ mod block;
 mod bound;
 #[cfg(feature = "channels")]
 mod channels;
+mod columns;
 mod criteria;
 mod delta;
 mod density;

@@ -53,6 +53,12 @@ impl<T: Real> PemConfig<T> {
     }
 }
 
+/// As near to its minimum a start is followed, in standard deviations of the parameters; from where it is least the
+/// search goes on to the tolerance that is asked for. At 0.3 the sum of squares is about a tenth of σ² above its least,
+/// as by the linear model. Over (2,1), (4,3) … (10,9) of a face mill's 18 s it takes 617 rounds for 1155 without it; 749
+/// at half of it, 529 at double; the sums are the same within 1e-8.
+const ROUGH: f64 = 0.3;
+
 /// Batch prediction-error estimator of an ARMA(p, q) model.
 ///
 /// ```text
@@ -72,7 +78,8 @@ impl<T: Real> PemConfig<T> {
 /// `c_radius` as well), so that the sum that is made small, with the squares of the errors before the
 /// record, is never above that of its model; innovations of two long autoregressions (Burg,
 /// two lengths) with repeated filtering, the same begun from instrumental
-/// variables; and random restarts from the best. The least sum of squares wins.
+/// variables; and random restarts from the best. Each is followed to 0.3 deviations from its minimum, the one with the least sum
+/// of squares to `tolerance`.
 ///
 /// Covariance of θ: σ²·(JᵀJ)⁻¹ with σ² = Σe²/(n − p − (p+q)).
 ///
@@ -188,8 +195,9 @@ impl<T: Real> Pem<T> {
         let Orders { p, q } = order;
         if q == 0 {
             let start = least_squares::<T, N>(series, p, false)?;
-            return Ok(self.search(series, order, start.a));
+            return Ok(self.search(series, order, start.a, self.config.tolerance));
         }
+        let rough = self.config.tolerance.max(T::from_f64(ROUGH));
         let mut best: Option<Minimum<T, N>> = None;
         let mut iterations = 0;
         let mut consider = |found: Minimum<T, N>| {
@@ -200,7 +208,7 @@ impl<T: Real> Pem<T> {
             }
         };
         if let Some(start) = from_recursion::<T, N>(series, order, self.config.c_radius) {
-            consider(self.search(series, order, start));
+            consider(self.search(series, order, start, rough));
         }
         let lengths = long_orders(series.len(), p, q);
         for (k, length) in lengths.into_iter().enumerate() {
@@ -210,7 +218,7 @@ impl<T: Real> Pem<T> {
             let long = Innovations::of(&long);
             let within = (self.start_radius(), self.config.before);
             if let Some((start, _)) = refine::<T, N>(series, &long, order, None, within) {
-                consider(self.search(series, order, start));
+                consider(self.search(series, order, start, rough));
             }
             if k > 0 || p == 0 {
                 continue;
@@ -220,20 +228,21 @@ impl<T: Real> Pem<T> {
             if let Ok(iv) = instruments::<T, N>(series, p, q, lags)
                 && let Some((start, _)) = refine::<T, N>(series, &long, order, Some(iv.a()), within)
             {
-                consider(self.search(series, order, start));
+                consider(self.search(series, order, start, rough));
             }
         }
         let mut found = best.ok_or(FitError::Singular)?;
         for k in 0..self.config.restarts {
             if let Some(start) = self.moved(series, order, &found, k) {
-                let other = self.search(series, order, start);
+                let other = self.search(series, order, start, rough);
                 iterations += other.iterations;
                 if other.cost < found.cost {
                     found = other;
                 }
             }
         }
-        found.iterations = iterations;
+        let mut found = self.search(series, order, found.theta, self.config.tolerance);
+        found.iterations += iterations;
         Ok(found)
     }
 
@@ -259,7 +268,11 @@ impl<T: Real> Pem<T> {
         if !self.problem(&series, order).admissible(&theta) {
             return Err(FitError::NotStable);
         }
-        self.finish(&series, order, self.search(&series, order, theta))
+        self.finish(
+            &series,
+            order,
+            self.search(&series, order, theta, self.config.tolerance),
+        )
     }
 
     /// Hannan and Rissanen's linear estimate, the first start of the search by itself:
@@ -321,9 +334,10 @@ impl<T: Real> Pem<T> {
         series: &Series<'_, T>,
         order: Orders,
         start: [T; N],
+        tolerance: T,
     ) -> Minimum<T, N> {
         let limits = Limits {
-            tolerance: self.config.tolerance,
+            tolerance,
             iterations: self.config.iterations,
             residuals: count(series.len() - order.p),
         };

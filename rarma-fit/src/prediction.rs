@@ -148,9 +148,13 @@ pub(super) fn sensitivities<T: Real, const N: usize>(
     // The last row of the columns of the block before.
     let mut last = [T::ZERO; N];
     let mut from = p;
+    let mut block = Block::<T, N>::new();
     while from < series.len() {
         let rows = ROWS.min(series.len() - from);
-        let mut block = Block::<T, N>::new();
+        if rows < ROWS {
+            // What was left of the block before is no equation.
+            block = Block::new();
+        }
         for k in 0..rows {
             let t = from + k;
             e.now[k] = e.feed_back(c, k, moved(series, a, t));

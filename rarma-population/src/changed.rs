@@ -3,12 +3,12 @@
 use super::detectors::{ALL, Recording, Said, named};
 use super::score::judge;
 use crate::Defect;
-use hal_sim::population::Cut;
-use hal_sim::population::heard::Heard;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rarma_core::Order;
+use rarma_plants::population::Cut;
+use rarma_plants::population::heard::Heard;
 
 /// What should not matter.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -4,7 +4,7 @@
 //! know one stretch of chatter a recording; everything else stands beside them.
 
 use super::{Judged, told};
-use hal_sim::population::state::Cutting;
+use rarma_plants::population::state::Cutting;
 use rarma_recordings::output::{self, WavFile, WriteError};
 use serde_json::{Value, json};
 use std::path::Path;

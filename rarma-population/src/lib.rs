@@ -35,9 +35,9 @@ pub mod told;
 
 use changed::Flips;
 use detectors::{ALL, Recording, Said};
-use hal_sim::population::Cut;
-use hal_sim::population::heard::Heard;
 use rarma_core::verdict::VerdictConfig;
+use rarma_plants::population::Cut;
+use rarma_plants::population::heard::Heard;
 use score::{Score, judge};
 use sensitivity::Variant;
 use std::fmt;

@@ -1,8 +1,8 @@
 //! Alarms against the truth, cut by cut, and sums of many cuts.
 
 use super::detectors::Said;
-use hal_sim::population::heard::Heard;
-use hal_sim::population::{Cut, SLACK_S};
+use rarma_plants::population::heard::Heard;
+use rarma_plants::population::{Cut, SLACK_S};
 
 /// What came of one cut.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

@@ -3,9 +3,9 @@
 use super::detectors::{ALL, Recording, named};
 use super::score::{Score, Sum, judge};
 use crate::Defect;
-use hal_sim::population::Cut;
-use hal_sim::population::heard::Heard;
 use rarma_core::verdict::{Number, VerdictConfig};
+use rarma_plants::population::Cut;
+use rarma_plants::population::heard::Heard;
 
 /// Numbers of which one is not the usual.
 #[derive(Debug, Clone, Copy)]

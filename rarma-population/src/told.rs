@@ -1,7 +1,7 @@
 //! How the speed is told.
 
 use super::detectors::Speed;
-use hal_sim::population::Cut;
+use rarma_plants::population::Cut;
 
 /// How the speed is told.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -4,7 +4,7 @@ use crate::error::detached;
 use crate::json::from_value;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use rarma_cli::frames::to_json;
+use rarma_cli::frames::Teller;
 use rarma_recordings::FrameReader;
 use serde_json::Value;
 
@@ -20,7 +20,8 @@ use serde_json::Value;
 /// -------
 /// list of dict
 ///     A message each, as the lines of `rarma decode --json`: session, sequence and message, a
-///     dict with the message's name as its one key.
+///     dict with the message's name as its one key; advice where an alarm is called and speed and
+///     teeth are known.
 ///
 /// Raises
 /// ------
@@ -30,9 +31,10 @@ use serde_json::Value;
 pub fn decode<'py>(py: Python<'py>, data: &[u8]) -> PyResult<Vec<Bound<'py, PyAny>>> {
     let (messages, losses) = detached(py, || {
         let mut reader = FrameReader::default();
+        let mut teller = Teller::default();
         let mut messages: Vec<Value> = Vec::new();
         reader.take(data, |head, message| {
-            messages.extend(serde_json::from_str::<Value>(&to_json(head, &message)));
+            messages.extend(serde_json::from_str::<Value>(&teller.json(head, &message)));
         });
         Ok((messages, reader.losses()))
     })?;

@@ -3,10 +3,10 @@
 use crate::banded;
 use crate::error::ScenarioError;
 use crate::scenario::Loaded;
-use hal_sim::plant::cut::{Process, Scenario, VirtualCut};
-use hal_sim::plant::delay::Root;
-use hal_sim::plant::process::Schedule;
 use rarma_core::condition::Band;
+use rarma_plants::cut::{Process, Scenario, VirtualCut};
+use rarma_plants::delay::Root;
+use rarma_plants::process::Schedule;
 
 /// Of a cut from standstill, left out of every estimate, s.
 pub const SETTLE_S: f64 = 0.5;

@@ -2,10 +2,10 @@
 
 use crate::error::ScenarioError;
 use crate::scenario::Loaded;
-use hal_sim::plant::delay::{Crossing, Root};
-use hal_sim::plant::error::PlantError;
-use hal_sim::plant::modal::ShapedMode;
-use hal_sim::plant::truth::Truth;
+use rarma_plants::delay::{Crossing, Root};
+use rarma_plants::error::PlantError;
+use rarma_plants::modal::ShapedMode;
+use rarma_plants::truth::Truth;
 use serde::Serialize;
 
 /// A mode of the structure.

@@ -1,7 +1,7 @@
 //! Scenario files: every field wrong in every way is refused in one line that says
 //! where and what is allowed; the shipped ones are what they say.
 
-use hal_sim::plant::cut::{Process, VirtualCut};
+use rarma_plants::cut::{Process, VirtualCut};
 use rarma_scenarios::scenario::{self, SHIPPED};
 use toml::de::{DeTable, DeValue};
 

@@ -2,7 +2,7 @@
 
 use crate::{Target, check};
 use rarma_box::wire::{Command, Deframer, Head, MAX_FRAME, Telemetry, decode, encode, head};
-use rarma_cli::frames::{to_json, words};
+use rarma_cli::frames::Teller;
 use rarma_recordings::FrameReader;
 use rarma_recordings::raw_streams::{Piece as RawPiece, RawStreams};
 use serde::Serialize;
@@ -21,7 +21,7 @@ pub(super) const FRAMES: Target = Target {
         if let Some(frame) = framed(bytes, SESSION, 0) {
             let stuffed = &frame[..frame.len() - 1];
             if let Ok((head, message)) = decode::<Telemetry>(stuffed) {
-                told(head, &message);
+                told(&mut Told::default(), head, &message);
                 there_and_back(&message);
             }
             if let Ok((_, command)) = decode::<Command>(stuffed) {
@@ -97,6 +97,7 @@ pub(super) fn there_and_back<M: Serialize + DeserializeOwned>(message: &M) {
 fn stream(bytes: &[u8]) {
     let mut raw = RawStreams::default();
     let mut reader = FrameReader::default();
+    let mut tellers = Told::default();
     reader.take(bytes, |head, message| {
         let taken: Result<(), Infallible> = raw.take(head.session, &message, |piece| {
             if let RawPiece::End(stream) = piece {
@@ -105,7 +106,7 @@ fn stream(bytes: &[u8]) {
             Ok(())
         });
         let Ok(()) = taken;
-        told(head, &message);
+        told(&mut tellers, head, &message);
     });
     if let Some(losses) = reader.losses() {
         check::one_line(&losses);
@@ -130,9 +131,13 @@ fn framed_command() -> Vec<u8> {
     frame.expect("a small command").to_vec()
 }
 
-fn told(head: Head, message: &Telemetry) {
-    if let Some(text) = words(message) {
+/// One that tells in words, and one in JSON.
+#[derive(Default)]
+struct Told([Teller; 2]);
+
+fn told(Told([in_words, in_json]): &mut Told, head: Head, message: &Telemetry) {
+    if let Some(text) = in_words.words(message) {
         check::one_line(&text);
     }
-    check::one_line(&to_json(head, message));
+    check::one_line(&in_json.json(head, message));
 }

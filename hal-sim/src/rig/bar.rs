@@ -1,7 +1,7 @@
 //! The machine under the ball bar, for whoever stands at its panel.
 
 use super::board::SimRig;
-use crate::plant::ldbb::{Bench, BenchConfig};
+use rarma_plants::ldbb::{Bench, BenchConfig};
 
 impl SimRig {
     /// Puts a machine under the bar. Its own air is not used: the rig's is.

@@ -2,13 +2,13 @@
 //! gauge, a supply. Simple on purpose: enough for every protection to have something to
 //! protect.
 
-use crate::plant::cers::{ExciterConfig, ExciterPlant, Reading, SensorConfig};
-use crate::plant::error::PlantError;
-use crate::plant::ldbb::Bench;
 use rand::Rng;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use rarma_plants::cers::{ExciterConfig, ExciterPlant, Reading, SensorConfig};
+use rarma_plants::error::PlantError;
+use rarma_plants::ldbb::Bench;
 use rarma_rigs::ldbb::ForceLaw;
 
 /// Coils and gaps.

@@ -1,19 +1,27 @@
 //! Which speed to turn instead, for each alarm of a run: as a record for JSON, in words, and
 //! what is missing to say it.
 
+mod at_a_box;
 pub mod machine;
 mod words;
 
-pub use crate::record::{AdviceRecord, HelpRecord, MachineRecord, SpeedRecord, VariationRecord};
+pub use crate::record::{
+    AdviceRecord, HelpRecord, KnownRecord, LobesRecord, MachineRecord, SpeedRecord, VariationRecord,
+};
+pub use at_a_box::AtBox;
+pub(crate) use at_a_box::USUAL_HZ;
 pub use words::{missing_words, sentences};
 
 use crate::args::{AdviseArgs, MonitorArgs, USUAL_REACH};
 use crate::collect::News;
 use crate::progress::progress;
-use crate::record::{Alarm, SpeedSource, Summary};
+use crate::record::{SpeedSource, Summary, known};
 use machine::{Answer, Belief};
-use rarma_core::advice::{AdviceConfig, HeardChatter, KnownCut, VariationConfig, advise, vary};
+use rarma_core::advice::{
+    AdviceConfig, HeardChatter, KnownCut, MOST_KNOWN, VariationConfig, advise, vary,
+};
 use rarma_core::decide::Structure;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// So many alarms get advice, the first ones: a day of alarms is not worked out for seconds.
@@ -87,7 +95,7 @@ impl From<&AdviseArgs> for Reach {
 }
 
 /// What is missing to give advice.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Missing {
     /// Nobody tells the speed.
@@ -96,8 +104,27 @@ pub enum Missing {
     Teeth,
 }
 
-/// See [`Advisor::memory`].
-pub(crate) type Memory = (Option<(f64, f64, bool)>, Vec<Option<(f64, f64)>>);
+/// An alarm that was called.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Called {
+    f_hz: f64,
+    /// Speed, 1/min, and its standard deviation.
+    speed: Option<(f64, f64)>,
+}
+
+/// What an [`Advisor`] remembers of its run.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub(crate) struct Memory {
+    /// Time, s, speed, 1/min, of the last line that knew one, and whether it was read.
+    now: Option<(f64, f64, bool)>,
+    called: Vec<Called>,
+    /// Alarms for which a swing of the speed was worked out.
+    swings: usize,
+    /// What was said to do about the last alarm.
+    said: Option<Box<AdviceRecord>>,
+    /// The next line is to carry it.
+    is_new: bool,
+}
 
 /// What is asked beside an alarm.
 struct Asked<'a> {
@@ -117,10 +144,7 @@ pub struct Advisor {
     told_rpm: Option<f64>,
     /// A control or a tacho tells the speed as it goes.
     live: bool,
-    /// Time, s, speed, 1/min, of the last line that knew one, and whether it was read.
-    now: Option<(f64, f64, bool)>,
-    /// Speed at each alarm: 1/min, and its standard deviation.
-    at: Vec<Option<(f64, f64)>>,
+    memory: Memory,
 }
 
 impl Advisor {
@@ -132,8 +156,7 @@ impl Advisor {
             teeth: args.teeth,
             told_rpm: args.rpm,
             live: args.speed_from.is_some() || args.tacho.is_some(),
-            now: None,
-            at: Vec::new(),
+            memory: Memory::default(),
         }
     }
 
@@ -145,8 +168,7 @@ impl Advisor {
             teeth: Some(teeth),
             told_rpm: None,
             live: true,
-            now: None,
-            at: Vec::new(),
+            memory: Memory::default(),
         }
     }
 
@@ -158,26 +180,35 @@ impl Advisor {
 
     /// Speed at each alarm, 1/min; none where nobody told it.
     pub fn speeds_rpm(&self) -> impl Iterator<Item = Option<f64>> + '_ {
-        self.at.iter().map(|at| at.map(|(rpm, _)| rpm))
+        let called = self.memory.called.iter();
+        called.map(|alarm| alarm.speed.map(|(rpm, _)| rpm))
     }
 
     /// The speed now, 1/min, where anybody tells it.
     pub fn speed_rpm(&self) -> Option<f64> {
-        self.now.map(|(_, rpm, _)| rpm).or(self.told_rpm)
+        self.memory.now.map(|(_, rpm, _)| rpm).or(self.told_rpm)
     }
 
-    /// What it remembers of the run: the last line that knew a speed, and the speed at each alarm.
-    pub(crate) fn memory(&self) -> Memory {
-        (self.now, self.at.clone())
+    /// What it remembers of the run.
+    pub(crate) fn memory(&self) -> &Memory {
+        &self.memory
     }
 
     /// Goes on with the memory of another one; false where that is more than is kept.
-    pub(crate) fn go_on(&mut self, (now, at): Memory) -> bool {
-        let fits = at.len() <= MOST;
+    pub(crate) fn go_on(&mut self, memory: Memory) -> bool {
+        let fits = memory.called.len() <= MOST;
         if fits {
-            (self.now, self.at) = (now, at);
+            self.memory = memory;
         }
         fits
+    }
+
+    /// Forgets the alarms, as if it began now.
+    pub(crate) fn forget(&mut self) {
+        self.memory = Memory {
+            now: self.memory.now,
+            ..Memory::default()
+        };
     }
 
     /// What is missing to give any.
@@ -191,89 +222,109 @@ impl Advisor {
         missing.map(|(_, what)| what).collect()
     }
 
-    /// Remembers the speed at which an alarm is called.
-    pub fn take(&mut self, news: &News) {
+    /// Hears what a monitor says. An alarm is advised on at once, and the next line carries it; but a machine
+    /// that is told takes seconds, and is asked at the end ([`Self::add_to`]).
+    pub fn take(&mut self, news: &mut News) {
         match news {
             News::Line(line) => {
                 if let Some(rpm) = line.spindle.rpm {
                     let read = line.spindle.source != SpeedSource::Told || self.live;
-                    self.now = Some((line.t, rpm, read));
+                    self.memory.now = Some((line.t, rpm, read));
+                }
+                if std::mem::take(&mut self.memory.is_new) {
+                    line.advice.clone_from(&self.memory.said);
                 }
             }
-            News::On(alarm) if self.at.len() < MOST => {
-                let fresh = self.now.filter(|(t, ..)| alarm.on - t < FRESH_S);
+            News::On(alarm) if self.memory.called.len() < MOST => {
+                let fresh = self.memory.now.filter(|(t, ..)| alarm.on - t < FRESH_S);
                 let sd = |read| if read { READ_SD } else { TOLD_SD };
                 let told = self.told_rpm.map(|rpm| (rpm, TOLD_SD * rpm));
-                self.at
-                    .push(fresh.map_or(told, |(_, rpm, read)| Some((rpm, sd(read) * rpm))));
+                let speed = fresh.map_or(told, |(_, rpm, read)| Some((rpm, sd(read) * rpm)));
+                let called = Called {
+                    f_hz: alarm.f,
+                    speed,
+                };
+                self.memory.said = match self.reach.machine {
+                    None => self.of(called, self.memory.called.len()),
+                    Some(_) => None,
+                };
+                self.memory.is_new = true;
+                self.memory.called.push(called);
             }
+            // One of too many.
+            News::On(_) => self.memory.said = None,
             _ => {}
         }
     }
 
-    /// Adds advice to the alarms of a finished run; nothing where something is missing.
-    pub fn add_to(&self, summary: &mut Summary) {
-        if !self.missing().is_empty() {
-            return;
+    /// Adds advice to the alarms of a finished run; nothing where something is missing. Their frequencies are means by
+    /// then, and better than those at the call.
+    pub fn add_to(&mut self, summary: &mut Summary) {
+        for (called, alarm) in self.memory.called.iter_mut().zip(&summary.alarms) {
+            called.f_hz = alarm.f;
         }
-        let mut swings = MOST_SWINGS;
-        let heard: Vec<f64> = summary.alarms.iter().map(|alarm| alarm.f).collect();
-        for (n, (alarm, speed)) in summary.alarms.iter_mut().zip(&self.at).enumerate() {
-            let before = heard.iter().copied().zip(self.at.iter().copied()).take(n);
-            let known = if n < MOST_LEARNT {
-                self.known(*speed, before)
-            } else {
-                Vec::new()
+        self.memory.swings = 0;
+        for (n, alarm) in summary.alarms.iter_mut().enumerate() {
+            let Some(called) = self.memory.called.get(n).copied() else {
+                return;
             };
-            let machine =
-                (self.reach.machine.as_deref()).map(|m| (n < MOST_BY_MACHINE).then_some(m));
-            let asked = Asked {
-                known: &known,
-                machine,
-                swing: swings > 0,
-            };
-            let advice = speed.and_then(|speed| self.of(alarm.f, speed, &asked));
-            if advice.as_ref().is_some_and(|a| a.variation.is_some()) {
-                swings -= 1;
-            }
-            alarm.advice = advice.map(Box::new);
+            alarm.advice = self.of(called, n);
         }
     }
 
-    /// What to do about the alarm that was taken last, a sentence each; none where it is one of
-    /// too many. Of other cuts those that were told count, of this one what was heard before does not.
-    pub fn now(&self, alarm: &Alarm) -> Vec<String> {
+    /// What to do about the alarm that was called last, a sentence each; none where it is one of
+    /// too many.
+    pub fn words(&self) -> Vec<String> {
         if let Some(missing) = missing_words(&self.missing()) {
             return vec![missing];
         }
-        let speed = self.at.last().copied().flatten();
-        let swing = self.at.len() <= MOST_SWINGS;
-        let known = self.known(speed, []);
-        let asked = Asked {
-            known: &known,
-            machine: None,
-            swing,
-        };
-        let advice = speed.and_then(|speed| self.of(alarm.f, speed, &asked));
-        advice.map(|advice| sentences(&advice)).unwrap_or_default()
+        self.last().map(sentences).unwrap_or_default()
     }
 
-    /// What is known beside an alarm at a speed: cuts that were told, and the alarms before it, with frequency and
+    /// What to do about the alarm that was called last, where it can be said.
+    pub(crate) fn last(&self) -> Option<&AdviceRecord> {
+        self.memory.said.as_deref()
+    }
+
+    /// What to do about the `n`th alarm, of which the ones before it are evidence.
+    fn of(&mut self, called: Called, n: usize) -> Option<Box<AdviceRecord>> {
+        if !self.missing().is_empty() {
+            return None;
+        }
+        let known = if n < MOST_LEARNT {
+            self.known(called.speed, n)
+        } else {
+            Vec::new()
+        };
+        let machine = (self.reach.machine.as_deref()).map(|m| (n < MOST_BY_MACHINE).then_some(m));
+        let asked = Asked {
+            known: &known,
+            machine,
+            swing: self.memory.swings < MOST_SWINGS,
+        };
+        let advice = self.asked(called.f_hz, called.speed?, &asked)?;
+        self.memory.swings += usize::from(advice.variation.is_some());
+        Some(Box::new(advice))
+    }
+
+    /// What is known beside the `n`th alarm: cuts that were told, and the alarms before it, with frequency and
     /// speed. Alarms at one speed are of one cut, of which the last is asked about.
-    fn known(
-        &self,
-        speed: Option<(f64, f64)>,
-        before: impl IntoIterator<Item = (f64, Option<(f64, f64)>)>,
-    ) -> Vec<KnownCut<f64>> {
-        let elsewhere = before.into_iter().filter_map(|(f, there)| {
-            let ((at, _), (rpm, _)) = (there?, speed?);
+    fn known(&self, speed: Option<(f64, f64)>, n: usize) -> Vec<KnownCut<f64>> {
+        let elsewhere = self.memory.called.iter().take(n).filter_map(|before| {
+            let ((at, _), (rpm, _)) = (before.speed?, speed?);
             let is_other = (at / rpm - 1.0).abs() > SAME_SPEED;
-            is_other.then(|| KnownCut::chattered(at / 60.0, Some((f, F_SD * f))))
+            let chatter = (before.f_hz, F_SD * before.f_hz);
+            is_other.then(|| KnownCut::chattered(at / 60.0, Some(chatter)))
         });
         self.reach.known.iter().copied().chain(elsewhere).collect()
     }
 
-    fn of(&self, f_hz: f64, (rpm, rpm_sd): (f64, f64), asked: &Asked<'_>) -> Option<AdviceRecord> {
+    fn asked(
+        &self,
+        f_hz: f64,
+        (rpm, rpm_sd): (f64, f64),
+        asked: &Asked<'_>,
+    ) -> Option<AdviceRecord> {
         let heard = HeardChatter {
             f_hz,
             f_sd_hz: F_SD * f_hz,
@@ -314,9 +365,17 @@ impl Advisor {
         let variation = (asked.swing && advice.first().is_none())
             .then(|| vary(&self.reach.swing, &heard, structure.as_ref()).ok())
             .flatten();
-        Some(AdviceRecord {
+        let by_machine = matches!(
             machine,
-            ..AdviceRecord::new(&advice, variation.as_ref(), rpm, reach)
-        })
+            Some(MachineRecord::Explains | MachineRecord::Expects)
+        );
+        let mut record = AdviceRecord::new(&advice, variation.as_ref(), rpm, reach);
+        if by_machine {
+            record.lobes = None;
+        }
+        let counted = asked.known.len().saturating_sub(MOST_KNOWN);
+        record.known = asked.known.iter().skip(counted).map(known).collect();
+        record.machine = machine;
+        Some(record)
     }
 }

@@ -146,6 +146,8 @@ mod tests {
             beyond_rpm: Some(16_500.0),
             helps: vec![HelpRecord::LessDepth, HelpRecord::OtherTeeth],
             variation: None,
+            lobes: None,
+            known: Vec::new(),
             machine: None,
         }
     }

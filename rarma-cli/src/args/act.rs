@@ -10,7 +10,8 @@ pub const USUAL_LIMITS: (f64, f64) = (80.0, 120.0);
 /// Options of `act`: those of `monitor`, and what may be ordered of whom.
 #[derive(Debug, Clone, Args)]
 pub struct ActArgs {
-    /// How it listens.
+    /// How it listens. The input may be a box, `box:PORT` or `box:tcp:HOST:PORT`: it hears, by its own settings, and is
+    /// told the speed.
     #[command(flatten)]
     pub monitor: MonitorArgs,
     /// The machine's controller: `dry` (none), `grbl:PORT`, `grbl:tcp:HOST:PORT`, `linuxcnc` or
@@ -49,6 +50,13 @@ pub struct ActArgs {
     #[arg(long, value_name = "BAUD", default_value_t = 115_200,
           value_parser = clap::value_parser!(u32).range(1200..=4_000_000))]
     pub baud: u32,
+    /// Seal what is said to the box with the key in this file, 64 hexadecimal digits.
+    #[arg(long, value_name = "FILE")]
+    pub key: Option<PathBuf>,
+    /// Bits a second of the serial port of a box.
+    #[arg(long, value_name = "BAUD", default_value_t = 2_000_000,
+          value_parser = clap::value_parser!(u32).range(1200..=4_000_000))]
+    pub box_baud: u32,
 }
 
 impl ActArgs {

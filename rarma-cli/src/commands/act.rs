@@ -1,8 +1,10 @@
 //! `rarma act`: listens as `monitor` does, and orders another speed of the controller where
 //! it chatters, if it may.
 //!
-//! A real controller goes by the clock, one that is none by the time of the sound.
+//! A real controller goes by the clock, one that is none by the time of the sound. What hears is the monitor itself or a
+//! box.
 
+mod by_box;
 mod by_clock;
 mod by_sound;
 mod ear;
@@ -18,6 +20,7 @@ use crate::controller::{
 };
 use crate::failure::Failure;
 use crate::progress::progress;
+use by_box::Listener;
 use by_clock::ByClock;
 use by_sound::BySound;
 use rarma_core::act::ActConfig;
@@ -35,11 +38,13 @@ pub(super) fn main(args: &ActArgs) -> Result<u8, Failure> {
             "several recordings: a controller is given the orders of one".to_owned(),
         ));
     }
-    let Some(teeth) = args.monitor.teeth else {
+    let at_box = by_box::port_of(args);
+    if args.key.is_some() && at_box.is_none() {
         return Err(Failure::Usage(
-            "--teeth: no speed can be proposed without the number of teeth".to_owned(),
+            "--key: seals what is said to a box, and the input is none (box:PORT is one)"
+                .to_owned(),
         ));
-    };
+    }
     let dry = args.controller == Which::Dry;
     if dry && args.act {
         return Err(Failure::Usage(
@@ -53,11 +58,20 @@ pub(super) fn main(args: &ActArgs) -> Result<u8, Failure> {
             "--controller: the controller tells the speed: leave out --rpm, --speed-from and --tacho".to_owned(),
         ));
     }
-    if dry && !tells && args.monitor.rpm.is_none() {
+    if dry && !tells && args.monitor.rpm.is_none() && at_box.is_none() {
         return Err(Failure::Usage(
             "--controller dry: tells no speed: add --rpm, --speed-from or --tacho".to_owned(),
         ));
     }
+    let mut listener = at_box
+        .map(|port| Listener::open(args, port, !dry))
+        .transpose()?;
+    let teeth = listener.as_ref().map(Listener::teeth);
+    let Some(teeth) = teeth.or(args.monitor.teeth) else {
+        return Err(Failure::Usage(
+            "--teeth: no speed can be proposed without the number of teeth".to_owned(),
+        ));
+    };
     let (least, most) = args.limits.unwrap_or(USUAL_LIMITS);
     let config = ActConfig {
         rate_per_s: args.rate / 100.0,
@@ -68,7 +82,11 @@ pub(super) fn main(args: &ActArgs) -> Result<u8, Failure> {
     let mut machine = machine::told(&args.machine, Some(teeth))?.map(Charts::new);
     if dry && machine.is_some() && args.monitor.rpm.is_none() {
         return Err(Failure::Usage(
-            "--machine: it is worked out before the listening, and nobody tells for which speed: add --rpm".to_owned(),
+            match at_box {
+                Some(_) => "--machine: it is worked out before the listening, and nobody tells for which speed (name a controller, or leave out --machine)",
+                None => "--machine: it is worked out before the listening, and nobody tells for which speed: add --rpm",
+            }
+            .to_owned(),
         ));
     }
     if let (true, Some(charts), Some(rpm)) = (dry, &mut machine, args.monitor.rpm) {
@@ -113,18 +131,24 @@ pub(super) fn main(args: &ActArgs) -> Result<u8, Failure> {
     };
     if dry {
         let mut beside = BySound::new(actor, first);
-        let heard = monitor::heard(&args.monitor, manner(&mut beside))?;
+        let code = match &mut listener {
+            Some(listener) => listener.hear(&mut beside, args.monitor.json)?,
+            None => monitor::heard(&args.monitor, manner(&mut beside))?.code,
+        };
         beside.end()?;
-        return Ok(heard.code);
+        return Ok(code);
     }
     first_report(&mut actor, (least, most))?;
-    let mut beside = ByClock::start(actor, first, args.act)?;
-    let heard = monitor::heard(&args.monitor, manner(&mut beside));
+    let mut beside = ByClock::start(actor, first, args.act, listener.is_some())?;
+    let heard = match &mut listener {
+        Some(listener) => listener.hear(&mut beside, args.monitor.json),
+        None => monitor::heard(&args.monitor, manner(&mut beside)).map(|heard| heard.code),
+    };
     // Whatever came of the listening: what is ordered is given back first.
     let ended = beside.end();
-    let finished = heard?;
+    let code = heard?;
     ended?;
-    Ok(finished.code)
+    Ok(code)
 }
 
 /// Waits for the controller to speak, and sees that it takes what may be ordered.

@@ -1,11 +1,10 @@
 //! `rarma connect`: a box on a wire, live.
 
-mod talk;
-
-use self::talk::Talk;
+use super::talk::Talk;
+use crate::advice::AtBox;
 use crate::args::ConnectArgs;
 use crate::failure::Failure;
-use crate::frames::{to_json, words};
+use crate::frames::Teller;
 use crate::key;
 use crate::output::{self, RecordFile, stdout};
 use crate::port::Port;
@@ -92,15 +91,20 @@ fn live(talk: &mut Talk, args: &ConnectArgs, first: &[Command]) -> Result<u8, Fa
     let left = Arc::new(AtomicBool::new(false));
     let (interrupted, leave) = (Arc::clone(&left), Arc::clone(&left));
     signals::on_interrupt(move || interrupted.store(true, Ordering::Relaxed))?;
-    let view = if screen::wanted(args.screen, args.json, false)? {
+    let mut view = if screen::wanted(args.screen, args.json, false)? {
         let title = args.port.clone();
         let leave = Box::new(move || leave.store(true, Ordering::Relaxed));
         View::Screen(Screen::of_box(title, say, leave)?)
     } else {
         type_lines(say);
-        if args.json { View::Json } else { View::Lines }
+        let teller = Box::default();
+        if args.json {
+            View::Json(teller)
+        } else {
+            View::Lines(teller)
+        }
     };
-    let talked = talked(talk, args, first, &typed, (&view, &left));
+    let talked = talked(talk, args, first, &typed, (&mut view, &left));
     let parted = part(talk);
     let recorded = talk.record.take().map_or(Ok(()), RecordFile::end);
     let shown = view.close();
@@ -129,13 +133,13 @@ fn talked(
     args: &ConnectArgs,
     first: &[Command],
     typed: &Receiver<String>,
-    (view, left): (&View, &AtomicBool),
+    (view, left): (&mut View, &AtomicBool),
 ) -> Result<(), Failure> {
     talk.ask(Command::Identify)?;
-    // The picture needs to know some settings.
+    // The picture needs to know some settings, and advice the teeth.
     let reads = match view {
         View::Screen(_) => screen::settings(),
-        View::Lines | View::Json => Vec::new(),
+        View::Lines(_) | View::Json(_) => vec![AtBox::setting()],
     };
     let mut reads = reads.into_iter().map(|setting| Command::Read { setting });
     let mut first = first.iter();
@@ -230,33 +234,32 @@ fn type_lines(say: SyncSender<String>) {
 enum View {
     Screen(Screen),
     /// Lines as they come.
-    Lines,
+    Lines(Box<Teller>),
     /// For a program.
-    Json,
+    Json(Box<Teller>),
 }
 
 impl View {
     fn event(&self, text: String) {
         match self {
             Self::Screen(screen) => screen.event(text),
-            Self::Lines | Self::Json => eprintln!("{text}"),
+            Self::Lines(_) | Self::Json(_) => eprintln!("{text}"),
         }
     }
 
     /// `own`: it answers what nobody has typed.
-    fn take(&self, head: Head, message: &Telemetry, own: bool) {
+    fn take(&mut self, head: Head, message: &Telemetry, own: bool) {
         match self {
             Self::Screen(screen) => screen.message(message, own),
-            Self::Json => say!("{}", to_json(head, message)),
-            Self::Lines => match message {
-                Telemetry::Reply(reply) if reply.answer == Answer::Done => {}
-                Telemetry::Health(_) => {}
-                _ => {
-                    if let Some(text) = words(message) {
-                        say!("{text}");
-                    }
+            Self::Json(teller) => say!("{}", teller.json(head, message)),
+            Self::Lines(teller) => {
+                let text = teller.words(message);
+                match message {
+                    Telemetry::Reply(reply) if own || reply.answer == Answer::Done => {}
+                    Telemetry::Health(_) => {}
+                    _ => text.into_iter().for_each(|text| say!("{text}")),
                 }
-            },
+            }
         }
     }
 
@@ -269,7 +272,7 @@ impl View {
     fn close(self) -> Result<(), Failure> {
         match self {
             Self::Screen(screen) => screen.close(),
-            Self::Lines | Self::Json => Ok(()),
+            Self::Lines(_) | Self::Json(_) => Ok(()),
         }
     }
 }

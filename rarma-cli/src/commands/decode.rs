@@ -2,7 +2,7 @@
 
 use crate::args::DecodeArgs;
 use crate::failure::Failure;
-use crate::frames::{to_json, words};
+use crate::frames::Teller;
 use crate::output::{self, WavFile, Whole, most_samples, stdout};
 use crate::port::Port;
 use rarma_recordings::FrameReader;
@@ -22,6 +22,7 @@ const SPEC: hound::WavSpec = hound::WavSpec {
 pub(super) fn main(args: &DecodeArgs) -> Result<u8, Failure> {
     let mut port = Port::open(&args.input, args.baud)?;
     let mut reader = FrameReader::default();
+    let mut teller = Teller::default();
     let mut raw = RawStreams::default();
     let mut wavs = args
         .wav
@@ -46,8 +47,8 @@ pub(super) fn main(args: &DecodeArgs) -> Result<u8, Failure> {
                 });
             }
             if args.json {
-                say!("{}", to_json(head, &message));
-            } else if let Some(text) = words(&message) {
+                say!("{}", teller.json(head, &message));
+            } else if let Some(text) = teller.words(&message) {
                 say!("{text}");
             }
         });

@@ -80,7 +80,8 @@ pub struct IdentifiedMode {
 pub fn work(method: Method, samples: usize, (p, q): (usize, usize)) -> f64 {
     let weight = match method {
         Method::Pem => 1.0,
-        Method::Ml => 5.0,
+        // 50 s for 5 s, (8,7) over 110 000 samples.
+        Method::Ml => 10.0,
         Method::Tones => 20.0,
         _ => 0.0,
     };

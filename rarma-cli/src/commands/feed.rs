@@ -71,7 +71,7 @@ impl Feed {
             if let (News::Line(line), Some(added)) = (&mut news, &mut *added) {
                 added.take(line);
             }
-            advisor.take(&news);
+            advisor.take(&mut news);
             hear(news);
         });
     }
@@ -107,7 +107,7 @@ impl Feed {
     pub fn said(&self) -> Said {
         Said {
             collector: self.ears.collector().clone(),
-            advice: self.advisor.memory(),
+            advice: self.advisor.memory().clone(),
             added: self.added.as_ref().map(|added| added.heard().to_vec()),
         }
     }
@@ -127,7 +127,7 @@ impl Feed {
     ///
     /// # Errors
     /// None but a defect of this program.
-    pub fn finish(self) -> Result<Summary, Failure> {
+    pub fn finish(mut self) -> Result<Summary, Failure> {
         let mut summary = self.ears.finish()?;
         self.advisor.add_to(&mut summary);
         Ok(summary)

@@ -39,6 +39,7 @@ mod simulate;
 mod source;
 mod sweep;
 mod tacho;
+mod talk;
 #[cfg(all(feature = "emulated-chip", not(target_family = "wasm")))]
 mod target;
 mod watched;

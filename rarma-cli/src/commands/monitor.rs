@@ -58,6 +58,8 @@ pub(super) trait Beside {
     fn take(&mut self, news: &News);
     /// What it has to say itself, one after the other.
     fn said(&mut self) -> Option<ActRecord>;
+    /// It has failed, and there is no use in listening on.
+    fn failed(&self) -> bool;
 }
 
 /// All of a run.
@@ -131,6 +133,7 @@ pub(super) fn hear(
         audience = audience.told_live();
     }
     let speeds = &mut speeds;
+    let beside_it = beside.as_mut().map(|b| &mut **b as &mut dyn Beside);
     let summary = match source.channels[..] {
         [a, b] => {
             let ears = Ears::two(&job, [a, b])?;
@@ -138,7 +141,7 @@ pub(super) fn hear(
                 &mut source,
                 &mut audience,
                 ears,
-                (speeds, beside),
+                (speeds, beside_it),
                 &mut pace,
             )?
         }
@@ -148,7 +151,7 @@ pub(super) fn hear(
                 &mut source,
                 &mut audience,
                 ears,
-                (speeds, beside),
+                (speeds, beside_it),
                 &mut pace,
             )?
         }
@@ -156,6 +159,10 @@ pub(super) fn hear(
     let finished = audience.finish(summary)?;
     // A verdict that could not be passed on goes before what is wrong with the samples.
     stdout::check()?;
+    if beside.is_some_and(|b| b.failed()) {
+        // It says so itself; it was left in the middle of the samples.
+        return Ok(finished);
+    }
     source.end()?;
     long_enough(&job, &source.about)?;
     Ok(finished)
@@ -215,7 +222,8 @@ fn through<const CHANNELS: usize>(
             }
         }
         audience.hear(&rows[pictured][shown..]);
-        if !audience.listens() {
+        let failed = beside.as_ref().is_some_and(|b| b.failed());
+        if failed || !audience.listens() {
             break;
         }
     }

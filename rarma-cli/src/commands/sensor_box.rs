@@ -3,13 +3,11 @@
 use crate::args::BoxArgs;
 use crate::bridge::Bridge;
 use crate::failure::Failure;
-use crate::frames::{to_json, words};
+use crate::frames::Teller;
 use crate::key;
 use crate::output::{self, RecordFile, stdout};
 use firmware::board::Origin;
 use hal_sim::exciter::calibrated;
-use hal_sim::plant::cers::ExciterConfig;
-use hal_sim::plant::cut::VirtualCut;
 use hal_sim::rig::{FaultKind, RigSetUp, SimBox, SimRig};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -17,6 +15,8 @@ use rand_distr::{Distribution, StandardNormal};
 use rarma_box::guard::Severity;
 use rarma_box::settings::{LINK_KEY, SettingValue};
 use rarma_box::wire::{Answer, Command, LinkKey, Telemetry};
+use rarma_plants::cers::ExciterConfig;
+use rarma_plants::cut::VirtualCut;
 use rarma_recordings::FrameReader;
 use rarma_rigs::cers::Geometry;
 use rarma_scenarios::scenario::{self, AtWork, BOX_SHIPPED, SHIPPED};
@@ -194,6 +194,7 @@ fn play(
     let mut acts = acts.into_iter().peekable();
     let end_us = (1e6 * at_work.duration_s) as u64;
     let mut reader = FrameReader::default();
+    let mut teller = Teller::default();
     let mut summary = Summary::default();
     let mut last_status = String::new();
     all.host.keep_all = false;
@@ -209,8 +210,8 @@ fn play(
         reader.take(&bytes, |head, message| {
             summary.take(&message);
             if json {
-                say!("{}", to_json(head, &message));
-            } else if let Some(text) = shown(&message, &mut last_status) {
+                say!("{}", teller.json(head, &message));
+            } else if let Some(text) = shown(&mut teller, &message, &mut last_status) {
                 say!("{now_s:9.3} s  {text}");
             }
         });
@@ -256,7 +257,8 @@ impl Summary {
 }
 
 /// What is worth a line: everything but heartbeats' answers and a status like the last.
-fn shown(message: &Telemetry, last_status: &mut String) -> Option<String> {
+fn shown(teller: &mut Teller, message: &Telemetry, last_status: &mut String) -> Option<String> {
+    let text = teller.words(message);
     match message {
         Telemetry::Reply(reply) if reply.answer == Answer::Done => None,
         Telemetry::Health(_) => None,
@@ -266,9 +268,9 @@ fn shown(message: &Telemetry, last_status: &mut String) -> Option<String> {
                 return None;
             }
             *last_status = state;
-            words(message)
+            text
         }
-        _ => words(message),
+        _ => text,
     }
 }
 

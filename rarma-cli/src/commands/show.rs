@@ -80,6 +80,8 @@ pub struct Audience<'a> {
     page: Option<Page>,
     samples: u64,
     screen: Option<Screen>,
+    /// Whoever reads is told at once what to turn.
+    advises: bool,
 }
 
 /// How a run ended.
@@ -136,6 +138,7 @@ impl<'a> Audience<'a> {
             page: args.report.as_ref().map(|_| page()),
             samples: 0,
             screen: None,
+            advises: about.samples.is_none(),
         }
     }
 
@@ -159,6 +162,8 @@ impl<'a> Audience<'a> {
     pub fn told_live(self) -> Self {
         Self {
             advisor: self.advisor.told_live(),
+            // The controller's orders say it.
+            advises: false,
             ..self
         }
     }
@@ -189,19 +194,26 @@ impl<'a> Audience<'a> {
         if let (News::Line(line), Some(added)) = (&mut news, &mut self.added) {
             added.take(line);
         }
-        self.advisor.take(&news);
+        self.advisor.take(&mut news);
         if let Some(page) = &mut self.page {
             page.course.take(&news);
         }
         if let Some(screen) = &self.screen {
             screen.news(&news);
-            if let News::On(alarm) = &news {
-                screen.advice(self.advisor.now(alarm));
+            if let News::On(_) = &news {
+                screen.advice(self.advisor.words());
             }
         }
         match (&news, &mut self.json) {
             (News::Line(line), Some(json)) => json.put(line),
-            (_, None) if !self.quiet && self.screen.is_none() => alarm(&news, &self.bar),
+            (_, None) if !self.quiet && self.screen.is_none() => {
+                alarm(&news, &self.bar);
+                if self.advises && matches!(news, News::On(_)) && self.advisor.missing().is_empty()
+                {
+                    let first = self.advisor.words().into_iter().take(1);
+                    first.for_each(|text| self.bar.suspend(|| say!("{:12}{text}", "")));
+                }
+            }
             _ => {}
         }
     }

@@ -4,7 +4,7 @@ use super::show;
 use crate::args::SimulateArgs;
 use crate::failure::Failure;
 use crate::output::{self, NewFile, WavFile, Whole};
-use hal_sim::plant::cut::VirtualCut;
+use rarma_plants::cut::VirtualCut;
 use rarma_recordings::export::{Along, Column, Format, Table};
 use rarma_scenarios::scenario::{self, Loaded};
 use rarma_scenarios::truth::TruthRecord;

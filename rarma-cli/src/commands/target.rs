@@ -10,7 +10,7 @@ use super::source::About;
 use super::{monitor, process, show, source};
 use crate::advice::Reach;
 use crate::args::MonitorArgs;
-use crate::collect::WholeRun;
+use crate::collect::{Collector, News, WholeRun};
 use crate::failure::Failure;
 use crate::output::{self, WavFile};
 use crate::record::Run;
@@ -56,18 +56,23 @@ pub(super) fn main(args: &MonitorArgs) -> Result<u8, Failure> {
     let elf = image()?;
     let bar = show::progress(0, "the emulated chip is listening");
     bar.enable_steady_tick(std::time::Duration::from_millis(200));
-    let run = on_chip(&elf, &job, &recording)?;
     let mut audience = Audience::new(args, &about, &job, structure, Reach::default(), bar);
     audience.hear(&recording.samples);
-    run.tell(|news| audience.take(news));
+    let run = on_chip(&elf, &job, &recording, |news| audience.take(news.clone()))?;
     Ok(audience.finish(run.summary)?.code)
 }
 
-/// Runs one job on the emulated chip.
+/// Runs one job on the emulated chip. `news` is called with what was said, in the order in which the image said it,
+/// once all of it has come.
 ///
 /// # Errors
 /// The emulator is missing, or the image failed or was cut short.
-pub fn on_chip(elf: &Path, job: &MonitorJob, recording: &Recording) -> Result<Run, Failure> {
+pub fn on_chip(
+    elf: &Path,
+    job: &MonitorJob,
+    recording: &Recording,
+    news: impl FnMut(&News),
+) -> Result<Run, Failure> {
     qemu::ensure_installed().map_err(|why| Failure::System(why.to_string()))?;
     let folder = tempfile::tempdir()
         .map_err(|why| output::failed(env::temp_dir(), "make a folder in it", &why))?;
@@ -89,7 +94,8 @@ pub fn on_chip(elf: &Path, job: &MonitorJob, recording: &Recording) -> Result<Ru
         .map_err(|why| Failure::System(format!("cannot start {}: {why}", qemu::PROGRAM)))?;
     let status = qemu::wait(&mut child, &elf).map_err(|why| Failure::System(why.to_string()))?;
 
-    let mut collector = WholeRun::default();
+    let mut collector = Collector::default();
+    let mut said = Vec::new();
     let mut deframer = Deframer::default();
     let mut expected = 0;
     for byte in fs::read(at("out.bin")).unwrap_or_default() {
@@ -108,11 +114,11 @@ pub fn on_chip(elf: &Path, job: &MonitorJob, recording: &Recording) -> Result<Ru
                     )));
                 }
                 expected += 1;
-                collector.take(&message);
+                said.push(collector.take(&message));
             }
         }
     }
-    if let Some(refusal) = collector.collector().refused() {
+    if let Some(refusal) = collector.refused() {
         return Err(Failure::System(format!(
             "the image refused the job: {refusal:?}"
         )));
@@ -122,9 +128,13 @@ pub fn on_chip(elf: &Path, job: &MonitorJob, recording: &Recording) -> Result<Ru
             "the image failed ({status}) before its last frame"
         )));
     }
-    collector
-        .run()
-        .ok_or_else(|| Failure::System("the image ended without its last frame".to_owned()))
+    let summary = collector
+        .summary()
+        .ok_or_else(|| Failure::System("the image ended without its last frame".to_owned()))?;
+    said.iter().for_each(news);
+    let mut all = WholeRun::default();
+    said.into_iter().for_each(|news| all.keep(news));
+    Ok(all.with(summary))
 }
 
 /// The image to run: the one that is named, or a fresh one.

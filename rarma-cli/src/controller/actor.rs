@@ -140,7 +140,10 @@ impl Actor {
         }
         if self.failed.is_none() && self.policy.asks(t_s) {
             let overrides = self.proposals(t_s, &mut said);
-            self.policy.advised(t_s, &overrides);
+            // What could not be logged just now is not ordered.
+            if self.failed.is_none() {
+                self.policy.advised(t_s, &overrides);
+            }
         }
         let step = self.policy.step(t_s);
         if let Some(what) = step.said {

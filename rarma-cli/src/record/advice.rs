@@ -1,6 +1,6 @@
 //! Advice as JSON spells it.
 
-use rarma_core::advice::{Advice, Help, Proposal, Variation};
+use rarma_core::advice::{Advice, Help, KnownCut, Lobes, Proposal, Side, Variation};
 use serde::{Deserialize, Serialize};
 
 /// A speed to turn instead.
@@ -59,6 +59,28 @@ pub struct VariationRecord {
     pub helps: bool,
 }
 
+/// The likeliest lobes of the mode that chatters, at the depth of this cut.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LobesRecord {
+    /// Damping ratio of the mode, 1.
+    pub zeta: f64,
+    /// K·b/(2k_m): half the stiffness of the cut over that of the mode, 1.
+    pub load: f64,
+    /// Chatter lies above the mode, or below it.
+    pub above: bool,
+}
+
+/// Another cut with the same tool that was evidence.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct KnownRecord {
+    /// Its speed, 1/min.
+    pub rpm: f64,
+    /// Its depth over that of this cut.
+    pub depth: f64,
+    /// It was stable.
+    pub stable: bool,
+}
+
 /// What a machine that is told says of an alarm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -98,6 +120,12 @@ pub struct AdviceRecord {
     /// of such alarms only.
     #[serde(default)]
     pub variation: Option<VariationRecord>,
+    /// Lobes of the one mode; none where a machine that is told has given the speeds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lobes: Option<LobesRecord>,
+    /// Other cuts that were evidence, if any.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub known: Vec<KnownRecord>,
     /// What the machine that is told says; only where one is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub machine: Option<MachineRecord>,
@@ -146,8 +174,28 @@ impl AdviceRecord {
             beyond_rpm: advice.beyond_hz.map(rpm),
             helps,
             variation: swing.map(|v| variation(v, at_rpm)),
+            lobes: Some(lobes(&advice.lobes)),
+            known: Vec::new(),
             machine: None,
         }
+    }
+}
+
+fn lobes(of: &Lobes<f64>) -> LobesRecord {
+    let (zeta, load, side) = of.of_mode();
+    LobesRecord {
+        zeta: rounded(zeta, 5),
+        load: rounded(load, 5),
+        above: side == Side::Above,
+    }
+}
+
+/// A cut that is known, in the measure of the user.
+pub(crate) fn known(cut: &KnownCut<f64>) -> KnownRecord {
+    KnownRecord {
+        rpm: rpm(cut.spindle_hz),
+        depth: rounded(cut.depth, 3),
+        stable: cut.is_stable(),
     }
 }
 

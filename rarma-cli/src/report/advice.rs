@@ -1,9 +1,11 @@
 //! What to do about chatter: words, and the speeds as a strip.
 
 use super::ReportInput;
-use crate::advice::{AdviceRecord, missing_words, sentences};
+use crate::advice::{AdviceRecord, SpeedRecord, missing_words, sentences};
+use rarma_core::advice::{Lobes, Side};
 use rarma_pictures::put;
 use rarma_pictures::text::{escape, px};
+use rarma_pictures::{Chart, Mark, Scale, Series};
 
 /// Alarms whose advice is on the page; that of the others is alike as a rule.
 const SHOWN: usize = 3;
@@ -11,9 +13,15 @@ const SHOWN: usize = 3;
 const WIDTH: f64 = 1000.0;
 /// Its title.
 const TITLE: &str = "Speeds within reach (1/min)";
-/// The ends of its line, and how deep it lies.
-const ENDS: (f64, f64) = (50.0, 950.0);
+/// The ends of its line, below those of the lobes, and how deep it lies.
+const ENDS: (f64, f64) = (84.0, 924.0);
 const LINE: f64 = 68.0;
+/// The lobes: height of the picture, how deep it goes over this cut's depth, and points along it.
+const HEIGHT: f64 = 180.0;
+const DEEPEST: f64 = 3.0;
+const POINTS: usize = 800;
+/// Less than that is not asked for.
+const LEAST: f64 = 0.1;
 /// Room that a speed takes along the line, and below another.
 const WORD: f64 = 50.0;
 const ROW: f64 = 15.0;
@@ -35,10 +43,11 @@ pub(super) fn section(job: &ReportInput<'_>) -> String {
         let words = sentences(advice).join(" ");
         put!(
             html,
-            "<p>Chatter at {:.1} Hz from {:.3} s: {}</p>\n{}",
+            "<p>Chatter at {:.1} Hz from {:.3} s: {}</p>\n{}{}",
             alarm.f,
             alarm.on,
             escape(&words),
+            lobes(advice, job.teeth.unwrap_or(1)),
             strip(advice)
         );
     }
@@ -47,6 +56,58 @@ pub(super) fn section(job: &ReportInput<'_>) -> String {
     }
     html.push_str("</section>\n");
     html
+}
+
+/// The likeliest lobes over the reach, this cut, and what was known of others; nothing where a machine that is told
+/// has more modes than one.
+fn lobes(advice: &AdviceRecord, teeth: u32) -> String {
+    let [low, high] = advice.reach_rpm;
+    let Some(of) = advice.lobes.as_ref().filter(|_| high > low) else {
+        return String::new();
+    };
+    let side = if of.above { Side::Above } else { Side::Below };
+    let lobes = Lobes::new(advice.mode, of.zeta, of.load, side, teeth);
+    let limit = |k: usize| {
+        let rpm = low + (high - low) * k as f64 / POINTS as f64;
+        (rpm, lobes.limit(rpm / 60.0, LEAST))
+    };
+    let limit: Vec<(f64, f64)> = (0..=POINTS).map(limit).collect();
+    let of_known = |stable: bool| {
+        let those = advice.known.iter().filter(|cut| cut.stable == stable);
+        those.map(|cut| (cut.rpm, cut.depth)).collect()
+    };
+    let of_speed = |s: &SpeedRecord| (s.rpm, 1.0);
+    let named = |name, points: Vec<_>, mark, colour| {
+        // The legend names only what is there.
+        Series::new(
+            if points.is_empty() { "" } else { name },
+            points,
+            mark,
+            colour,
+        )
+    };
+    Chart {
+        title: "Lobes, as heard".to_owned(),
+        x: Scale::linear("speed (1/min)", low, high),
+        y: Scale::linear("depth over this cut's", 0.0, DEEPEST),
+        height: HEIGHT,
+        series: vec![
+            Series::new("", limit.clone(), Mark::Above, 1),
+            Series::new("limit", limit, Mark::Line, 1),
+            Series::new("this depth", vec![(low, 1.0), (high, 1.0)], Mark::Dashes, 5),
+            named("chattered", of_known(false), Mark::Dots, 1),
+            named("was stable", of_known(true), Mark::Dots, 2),
+            named("to turn", advice.speeds.iter().map(of_speed).collect(), Mark::Dots, 0),
+            Series::new("now", vec![(advice.rpm, 1.0)], Mark::Place, 0),
+        ],
+        caption: format!(
+            "Likeliest limit of one mode ({:.1} Hz, damping {:.1} %): above it the cut chatters. The chances below are of all that is \
+             likely, not of this one curve.",
+            advice.mode,
+            100.0 * of.zeta
+        ),
+    }
+    .figure()
 }
 
 /// The reach as a line, pockets as blocks on it, the present speed as a mark; nothing where
@@ -121,18 +182,40 @@ mod tests {
     use super::*;
     use serde_json::json;
 
-    #[test]
-    fn speeds_that_are_close_stand_below_each_other() {
-        let speed = |rpm: f64| {
+    fn advice(speeds: &[f64]) -> AdviceRecord {
+        let speed = |rpm: &f64| {
             json!({"rpm": rpm, "rpm_sd": 1.0, "pocket_rpm": [rpm - 10.0, rpm + 10.0], "pocket": 1,
                 "chance": 0.5, "margin": 2.0, "ratio": 1.0, "feed_ratio": 1.0})
         };
-        let speeds = [1900.0, 1210.0, 1200.0, 1215.0].map(speed);
+        let speeds: Vec<_> = speeds.iter().map(speed).collect();
         let advice = json!({"rpm": 1500.0, "reach_rpm": [1000.0, 2000.0], "waves": 1.0,
-            "most_waves": 9.0, "mode": 900.0, "of_structure": false, "beyond_rpm": null, "helps": [],
-            "speeds": speeds});
-        let advice: AdviceRecord = serde_json::from_value(advice).expect("an advice");
-        let svg = strip(&advice);
+            "most_waves": 9.0, "mode": 100.0, "of_structure": false, "beyond_rpm": null, "helps": [],
+            "speeds": speeds, "lobes": {"zeta": 0.02, "load": 0.08, "above": true},
+            "known": [{"rpm": 1800.0, "depth": 1.0, "stable": false}]});
+        serde_json::from_value(advice).expect("an advice")
+    }
+
+    #[test]
+    fn the_lobes_are_drawn_also_where_no_speed_is_stable() {
+        let none = advice(&[]);
+        let figure = lobes(&none, 3);
+        for word in ["Lobes, as heard", "limit", "this depth", "chattered", "now"] {
+            assert!(figure.contains(word), "{word}");
+        }
+        assert!(!figure.contains("to turn") && !figure.contains("was stable"));
+        assert_eq!(strip(&none), "");
+        assert!(lobes(&advice(&[1900.0]), 3).contains("to turn"));
+        // A machine that is told has more modes than one.
+        let by_machine = AdviceRecord {
+            lobes: None,
+            ..none
+        };
+        assert_eq!(lobes(&by_machine, 3), "");
+    }
+
+    #[test]
+    fn speeds_that_are_close_stand_below_each_other() {
+        let svg = strip(&advice(&[1900.0, 1210.0, 1200.0, 1215.0]));
         let height = |rpm: &'static str| {
             let before = svg
                 .split(&format!(">{rpm}</text>"))

@@ -24,7 +24,7 @@ fn a_long_run_is_a_density_and_a_window_of_it_is_not() {
 
     let window = (0.9, 1.1);
     let mut course = Course::default().within(window);
-    run.tell(|news| course.take(&news));
+    tell(&run, |news| course.take(&news));
     let mut heard = Sound::new(5000.0, (200.0, 2000.0)).within(window);
     samples.iter().for_each(|x| heard.push(*x));
     assert_eq!((heard.heard(), heard.samples()), (10_000, 1_000));
@@ -91,7 +91,7 @@ fn a_density_counts_every_mode_of_every_line() {
     for n in 0..lines {
         let zeta = 0.01 * 10_f64.powf((f64::from(n) * 0.37).sin().abs());
         let modes = [(600.0, zeta, Label::Structural)];
-        course.take(&crate::collect::News::Line(line(
+        course.take(&News::Line(line(
             0.01 * f64::from(n),
             State::Stable,
             &modes,

@@ -1,6 +1,7 @@
 //! Promises of the page as a whole.
 
 use super::*;
+use crate::collect::News;
 use crate::record::{
     Alarm, Amplitude, AmplitudeRecord, HistogramRecord, Label, Line, ModeRecord, Origin, Reason,
     Run, SpeedSource, SpindleRecord, SpindleSummary, State, Summary,
@@ -44,6 +45,7 @@ pub(super) fn line(t: f64, state: State, modes: &[(f64, f64, Label)]) -> Line {
         },
         amplitude: None,
         agreement: None,
+        advice: None,
     }
 }
 
@@ -123,6 +125,7 @@ fn chatter(n: usize) -> Run {
             }),
             modes: vec![mode(300.0, 0.001, Label::Forced), mode(898.0, zeta, label)],
             agreement: None,
+            advice: None,
         });
     }
     run.histograms.push(HistogramRecord {
@@ -147,9 +150,43 @@ struct Played {
     provenance: Provenance,
 }
 
+/// Says all of a run again, in order of time.
+fn tell(run: &Run, mut hear: impl FnMut(News)) {
+    let mut histograms = run.histograms.iter().peekable();
+    let mut on = run.summary.alarms.iter().peekable();
+    let mut off = on.clone();
+    let mut tell = |t: f64, hear: &mut dyn FnMut(News)| {
+        loop {
+            let next_on = on.peek().filter(|a| a.on <= t).map(|a| a.on);
+            let next_off = off.peek().and_then(|a| a.off).filter(|at| *at < t);
+            let at = histograms.peek().filter(|h| h.t <= t).map(|h| h.t);
+            let first = [next_on, at, next_off].into_iter().flatten();
+            let Some(first) = first.reduce(f64::min) else {
+                break;
+            };
+            if next_on == Some(first) {
+                hear(on.next().map_or(News::None, |a| News::On(a.clone())));
+            } else if at == Some(first) {
+                hear(
+                    histograms
+                        .next()
+                        .map_or(News::None, |h| News::Histogram(h.clone())),
+                );
+            } else {
+                hear(off.next().map_or(News::None, |a| News::Off(a.clone())));
+            }
+        }
+    };
+    for line in &run.lines {
+        tell(line.t, &mut hear);
+        hear(News::Line(line.clone()));
+    }
+    tell(f64::INFINITY, &mut hear);
+}
+
 fn played(run: &Run, samples: &[f64]) -> Played {
     let mut course = Course::default();
-    run.tell(|news| course.take(&news));
+    tell(run, |news| course.take(&news));
     Played {
         sound: Sound::of(samples, 5000.0, (200.0, 2000.0)),
         course,

@@ -1,16 +1,14 @@
 //! What the screen knows: a plain value, changed by what is heard and said.
 
 use super::spectrum::{ROW_S, Row, Waterfall};
-use crate::advice::Advisor;
+use crate::advice::{AtBox, USUAL_HZ, sentences};
 use crate::collect::News;
 use crate::frames::{control_words, fault_words, status_words, words};
 use crate::output::aside;
 use crate::record::{Alarm, Line};
 use crate::translate;
 use crate::wording;
-use rarma_box::settings::{
-    MONITOR_BAND_HIGH, MONITOR_BAND_LOW, MONITOR_TEETH, MONITOR_THRESHOLD, SettingValue,
-};
+use rarma_box::settings::{MONITOR_BAND_HIGH, MONITOR_BAND_LOW, MONITOR_THRESHOLD, SettingValue};
 use rarma_box::wire::{Answer, Status, Telemetry};
 use std::collections::VecDeque;
 
@@ -20,14 +18,12 @@ const LOG: usize = 500;
 const TREND: usize = 120;
 /// So long after raw samples more of them are waited for, s.
 const SAMPLES_S: f64 = 0.5;
-/// Rate of a microphone until the box tells it, Hz.
-const USUAL_HZ: f64 = 48_000.0;
 
 /// Numbers of the settings of a box that are shown.
 pub(crate) fn settings() -> Vec<u16> {
     let real = [MONITOR_THRESHOLD, MONITOR_BAND_LOW, MONITOR_BAND_HIGH];
     let real = real.into_iter().map(|key| key.number());
-    real.chain([MONITOR_TEETH.number()]).collect()
+    real.chain([AtBox::setting()]).collect()
 }
 
 /// How a line of the log is meant.
@@ -52,15 +48,13 @@ pub(super) struct Entry {
 }
 
 /// What a box says of itself beside its verdicts.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct BoxModel {
     pub(super) status: Option<Status>,
     /// Whole frames, and what was lost, if anything.
     pub(super) frames: u64,
     pub(super) losses: Option<String>,
-    /// Teeth on the cutter, as its settings say.
-    pub(super) teeth: u32,
-    fs: Option<f64>,
+    ear: AtBox,
 }
 
 impl BoxModel {
@@ -88,7 +82,7 @@ impl BoxModel {
 }
 
 /// All that the screen shows.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub(crate) struct Model {
     /// What is listened to.
     pub(super) title: String,
@@ -98,8 +92,6 @@ pub(crate) struct Model {
     pub(super) line: Option<Line>,
     /// The alarm that stands.
     pub(super) standing: Option<Alarm>,
-    /// What to do about it could be said.
-    advised: bool,
     /// Alarms so far.
     pub(super) alarms: u64,
     pub(super) advice: Vec<String>,
@@ -125,7 +117,6 @@ impl Model {
             threshold,
             line: None,
             standing: None,
-            advised: false,
             alarms: 0,
             advice: Vec::new(),
             waterfall: Waterfall::default(),
@@ -199,6 +190,7 @@ impl Model {
         let Some(at_box) = &mut self.at_box else {
             return;
         };
+        let advice = at_box.ear.take(message);
         match message {
             Telemetry::Status(status) => {
                 at_box.status = Some(*status);
@@ -214,35 +206,30 @@ impl Model {
                     self.row(Row::Modes(modes), verdict.level);
                 }
                 self.line = Some(line);
-                if self.standing.is_some() && !self.advised {
-                    self.advise_at_a_box();
-                }
             }
-            Telemetry::Started { fs_hz, .. } => at_box.fs = Some(*fs_hz),
             Telemetry::Alarm(message) => {
-                let alarm = Alarm {
-                    on: message.sample as f64 / fs,
-                    off: None,
-                    f: f64::from(message.frequency),
-                    zeta: f64::from(message.damping),
-                    zeta_median: None,
-                    zeta_deviation: None,
-                    advice: None,
-                };
+                let alarm = translate::alarm(message, fs);
                 if message.on {
                     self.alarm(&alarm, self.t_s);
-                    self.advise_at_a_box();
+                    self.advice = match advice {
+                        Some(advice) => sentences(&advice),
+                        None => vec!["Which speed to turn instead cannot be said: `set monitor.spindle HZ` and `set monitor.teeth N` tell speed and teeth.".to_owned()],
+                    };
                 } else {
                     self.released(&alarm, self.t_s);
                 }
                 return;
             }
-            Telemetry::Reply(reply) => match &reply.answer {
-                Answer::Identity(id) => at_box.fs = Some(f64::from(id.sample_rate_hz)),
-                Answer::Setting(s) => self.setting(s.setting, s.value),
-                Answer::Done | Answer::Refused(_) => {}
-            },
+            Telemetry::Reply(reply) => {
+                if let Answer::Setting(s) = &reply.answer {
+                    self.setting(s.setting, s.value);
+                }
+            }
             _ => {}
+        }
+        // Speed or teeth were told after the alarm.
+        if let Some(advice) = advice {
+            self.advice = sentences(&advice);
         }
         let kind = match message {
             Telemetry::Fault(_) | Telemetry::Refused(_) | Telemetry::Notice(_) => Kind::Notice,
@@ -257,23 +244,6 @@ impl Model {
         }
     }
 
-    /// What to do about the alarm of a box that stands, by the speed and the teeth that it knows.
-    fn advise_at_a_box(&mut self) {
-        let teeth = self.at_box.as_ref().map_or(0, |at_box| at_box.teeth);
-        let line = self.line.as_ref().filter(|line| line.spindle.rpm.is_some());
-        let known = line.filter(|_| teeth > 0).zip(self.standing.as_ref());
-        self.advised = known.is_some();
-        self.advice = match known {
-            Some((line, alarm)) => {
-                let mut advisor = Advisor::of_a_box(teeth);
-                advisor.take(&News::Line(line.clone()));
-                advisor.take(&News::On(alarm.clone()));
-                advisor.now(alarm)
-            }
-            None => vec!["Which speed to turn instead cannot be said: `set monitor.spindle HZ` and `set monitor.teeth N` tell speed and teeth.".to_owned()],
-        };
-    }
-
     /// A row of the spectrum of raw samples, in place of one of modes.
     pub(super) fn spectrum_row(&mut self, row: Row) {
         self.row_s = self.line.as_ref().map_or(0.0, |line| line.t) + SAMPLES_S;
@@ -284,8 +254,7 @@ impl Model {
     pub(super) fn fs(&self) -> f64 {
         self.at_box
             .as_ref()
-            .and_then(|at_box| at_box.fs)
-            .unwrap_or(USUAL_HZ)
+            .map_or(USUAL_HZ, |at_box| at_box.ear.fs_hz())
     }
 
     /// Frames of a box so far, and what was lost of them.
@@ -306,11 +275,6 @@ impl Model {
             }
             SettingValue::Real(x) if number == MONITOR_BAND_HIGH.number() => {
                 self.band_hz.1 = f64::from(x);
-            }
-            SettingValue::Whole(n) if number == MONITOR_TEETH.number() => {
-                if let Some(at_box) = &mut self.at_box {
-                    at_box.teeth = n;
-                }
             }
             _ => {}
         }

@@ -23,6 +23,8 @@ pub(super) struct Lever {
     pub(super) to: f64,
     /// How near it has come.
     nearest: f64,
+    /// That counts from so near on: until then what was ordered before may still arrive.
+    counts: f64,
 }
 
 impl Lever {
@@ -31,11 +33,13 @@ impl Lever {
             start,
             to,
             nearest: (start - to).abs(),
+            counts: f64::INFINITY,
         }
     }
 
     /// Back to what was before, from a place between what is reported now and what was sent
-    /// last, which may still arrive.
+    /// last, which may still arrive: it goes away for a moment then. Orders arrive one after the other, so that one step
+    /// back shows that all of them have.
     pub(super) fn back(now: f64, sent: f64, before: f64) -> Self {
         let (now_off, sent_off) = (now - before, sent - before);
         let crosses = now_off * sent_off <= 0.0;
@@ -43,6 +47,7 @@ impl Lever {
             start: if crosses { before } else { now },
             to: before,
             nearest: now_off.abs().max(sent_off.abs()),
+            counts: now_off.abs() - SAME,
         }
     }
 
@@ -53,7 +58,9 @@ impl Lever {
         if left > self.nearest + SAME || (past && left > SAME) {
             return Seen::Away;
         }
-        self.nearest = self.nearest.min(left);
+        if left < self.counts {
+            self.nearest = self.nearest.min(left);
+        }
         if left <= SAME {
             Seen::There
         } else {

@@ -24,6 +24,10 @@ const SLIP: f64 = 0.04;
 const SLIP_S: f64 = 1.0;
 /// A programmed speed that changes by less than this part is the same.
 const SAME_SPEED: f64 = 0.01;
+/// An order on its way has arrived after so long, s: a byte of Grbl takes 60 ms, a slow report twice as long. With 0 a
+/// percent of an order that has just begun can stay; half of it is enough for such bytes; twice of it only tells the
+/// return later.
+const ARRIVES_S: f64 = 0.3;
 /// A try to give back ends so long after it should be there by the rate, s.
 const RETURN_S: f64 = 2.0;
 /// A proposal this near to what is in force is none.
@@ -57,6 +61,8 @@ enum State {
         to: Overrides,
         spindle: Lever,
         feed: Option<Lever>,
+        /// Orders before it have arrived by then.
+        settled_s: f64,
         until_s: f64,
         why: Why,
     },
@@ -345,6 +351,7 @@ impl Policy {
             to,
             mut spindle,
             mut feed,
+            settled_s,
             until_s,
             why,
         } = self.state
@@ -362,7 +369,7 @@ impl Policy {
             State::Barred
         };
         match seen {
-            Some((Seen::There, None | Some(Seen::There))) => {
+            Some((Seen::There, None | Some(Seen::There))) if t_s >= settled_s => {
                 self.state = next;
                 Step {
                     order: None,
@@ -389,6 +396,7 @@ impl Policy {
                     to,
                     spindle,
                     feed,
+                    settled_s,
                     until_s,
                     why,
                 };
@@ -413,8 +421,11 @@ impl Policy {
         let to = standing.before;
         let now = self.reading.map_or(standing.sent, |(_, r)| r.overrides);
         let watched = standing.feed.is_some();
+        let in_flight = (now.spindle - standing.sent.spindle).abs() > SAME
+            || (watched && (now.feed - standing.sent.feed).abs() > SAME);
         self.state = State::Returning {
             to,
+            settled_s: if in_flight { t_s + ARRIVES_S } else { t_s },
             spindle: Lever::back(now.spindle, standing.sent.spindle, to.spindle),
             feed: watched.then(|| Lever::back(now.feed, standing.sent.feed, to.feed)),
             until_s: t_s + RETURN_S + (now.spindle - to.spindle).abs() / self.config.rate_per_s,

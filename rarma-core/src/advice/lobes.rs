@@ -100,11 +100,17 @@ impl<T: Real> Lobes<T> {
     /// How many times deeper the cut may be at this speed before it loses its stability: from
     /// 1 to [`MOST_MARGIN`]; 1 where it is unstable.
     pub fn margin(&self, spindle_hz: T) -> T {
+        self.limit(spindle_hz, T::ONE)
+    }
+
+    /// The depth at which the cut loses its stability at this speed, over the depth that it has: the lobes
+    /// as they are drawn. From `least` > 0 to [`MOST_MARGIN`], the ends where it lies beyond.
+    pub fn limit(&self, spindle_hz: T, least: T) -> T {
         let deeper = |times: T| Self {
             flanks: flanks(self.zeta, self.load * times, self.side),
             ..*self
         };
-        let (mut low, mut high) = (T::ONE, T::from_f64(MOST_MARGIN));
+        let (mut low, mut high) = (least, T::from_f64(MOST_MARGIN));
         if deeper(high).is_stable(spindle_hz) {
             return high;
         }
@@ -117,6 +123,11 @@ impl<T: Real> Lobes<T> {
             }
         }
         low
+    }
+
+    /// Damping ratio of the mode, load of the cut on it, and the side on which it chatters.
+    pub fn of_mode(&self) -> (T, T, Side) {
+        (self.zeta, self.load, self.side)
     }
 
     /// Waves between two teeth from which on there are no pockets any more: the lobes have

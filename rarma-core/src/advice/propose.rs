@@ -66,6 +66,8 @@ pub struct Advice<T> {
     pub most_waves: T,
     /// Frequency of the mode that chatters, Hz, told or worked out.
     pub natural_hz: T,
+    /// Its likeliest lobes, at the depth of this cut.
+    pub lobes: Lobes<T>,
     /// The structure's mode was told.
     pub of_structure: bool,
     /// Speeds, the best first; none where no speed within reach is likely enough.
@@ -176,6 +178,7 @@ fn proposed<T: Real>(
         waves,
         most_waves,
         natural_hz: belief.usual.natural_hz(),
+        lobes: belief.usual,
         of_structure: belief.of_structure,
         proposals: proposals(config, heard, belief, held, vibration),
         best_chance,

@@ -2,9 +2,9 @@
 
 use super::geometry::Geometry;
 use crate::record::Name;
-use hal_sim::population::ranges;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
+use rarma_plants::population::ranges;
 
 /// Compliance in a plane, µm/N: c(θ) = xx·cos²θ + yy·sin²θ + xy·sin 2θ. A linear machine has no other.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -9,9 +9,9 @@ mod plain;
 mod verdict;
 
 use crate::Defect;
-use hal_sim::population::heard::Heard;
 use rarma_core::Order;
 use rarma_core::verdict::VerdictConfig;
+use rarma_plants::population::heard::Heard;
 
 /// One alarm.
 #[derive(Debug, Clone, Copy, PartialEq)]

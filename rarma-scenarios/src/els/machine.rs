@@ -1,7 +1,7 @@
 //! The computational model's answers: frequencies against load, shapes, deflection.
 
-use hal_sim::plant::els::link::LinkLaw;
-use hal_sim::plant::els::{ElsConfig, ElsModel, ElsModelError, NaturalMode, Place, Shape};
+use rarma_plants::els::link::LinkLaw;
+use rarma_plants::els::{ElsConfig, ElsModel, ElsModelError, NaturalMode, Place, Shape};
 use serde::Serialize;
 
 /// Directions of the deflection diagram.
@@ -72,7 +72,7 @@ fn name(shape: Shape) -> &'static str {
 /// As [`ElsModel::natural_modes`].
 pub fn load_cases(
     model: &ElsModel,
-    link: &hal_sim::plant::els::link::Link,
+    link: &rarma_plants::els::link::Link,
     loads_n: &[f64],
     count: usize,
 ) -> Result<Vec<LoadCase>, ElsModelError> {

@@ -1,6 +1,6 @@
 //! Runs as they are evaluated, wherever they come from.
 
-use hal_sim::plant::ldbb::drive::Recorded;
+use rarma_plants::ldbb::drive::Recorded;
 use rarma_recordings::input::RunData;
 use rarma_rigs::ldbb::{AngleMap, ForceLaw, Sense};
 

@@ -7,7 +7,7 @@ use super::file;
 use super::reader::{Allowed, Refusal, Section};
 use crate::cers::{Commands, Drive, needed_volts};
 use crate::error::ScenarioError;
-use hal_sim::plant::cers::ExciterConfig;
+use rarma_plants::cers::ExciterConfig;
 use serde_json::{Value, json};
 
 /// The shipped measurements: name and text.

@@ -5,9 +5,9 @@ use super::file;
 use super::reader::{Allowed, Refusal, Section};
 use super::shared::{MM, N_PER_UM};
 use crate::error::ScenarioError;
-use hal_sim::plant::els::beam::{Segment, Theory};
-use hal_sim::plant::els::link::{Link, LinkLaw};
-use hal_sim::plant::els::{Clamping, ElsConfig};
+use rarma_plants::els::beam::{Segment, Theory};
+use rarma_plants::els::link::{Link, LinkLaw};
+use rarma_plants::els::{Clamping, ElsConfig};
 use rarma_rigs::els::CutConfig;
 use serde_json::{Value, json};
 

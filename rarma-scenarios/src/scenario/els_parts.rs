@@ -2,9 +2,9 @@
 
 use super::reader::{Allowed, Refusal, Section};
 use super::shared::{LENGTH_MM, MM, N_PER_MM2, N_PER_UM};
-use hal_sim::plant::els::beam::{Material, Segment};
-use hal_sim::plant::els::link::{Link, LinkLaw};
-use hal_sim::plant::els::ring::{Elliptic, Ring};
+use rarma_plants::els::beam::{Material, Segment};
+use rarma_plants::els::link::{Link, LinkLaw};
+use rarma_plants::els::ring::{Elliptic, Ring};
 use rarma_rigs::els::CutConfig;
 
 pub(super) const STIFFNESS: Allowed = Allowed::within(1e-6, 1e6);

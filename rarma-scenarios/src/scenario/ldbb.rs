@@ -4,7 +4,7 @@ use super::file;
 use super::ldbb_parts::{gauge, machine};
 use super::reader::{Allowed, Refusal, Section};
 use crate::error::ScenarioError;
-use hal_sim::plant::ldbb::{AirConfig, BenchConfig, MachineConfig};
+use rarma_plants::ldbb::{AirConfig, BenchConfig, MachineConfig};
 use rarma_recordings::input::Conditions;
 use rarma_rigs::ldbb::{ForceLaw, Inclination, ProcedureConfig, Setting};
 use serde_json::{Value, json};

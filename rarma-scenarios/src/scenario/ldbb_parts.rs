@@ -2,7 +2,7 @@
 
 use super::reader::{Allowed, Refusal, Section};
 use super::shared::N_PER_UM;
-use hal_sim::plant::ldbb::{Around, GaugeConfig, Geometry, MachineConfig};
+use rarma_plants::ldbb::{Around, GaugeConfig, Geometry, MachineConfig};
 
 const STIFFNESS: Allowed = Allowed::within(1e-3, 1e4);
 const SMALL_UM: Allowed = Allowed::within(-500.0, 500.0);

@@ -1,10 +1,10 @@
 //! The sections `[microphone]` and `[box]`.
 
 use super::reader::{Allowed, Refusal, Section};
-use hal_sim::plant::converter::ConverterConfig;
-use hal_sim::plant::sound::{Enclosure, MicrophoneConfig, Pickup, Tone};
 use rarma_core::Order;
 use rarma_core::condition::Band;
+use rarma_plants::converter::ConverterConfig;
+use rarma_plants::sound::{Enclosure, MicrophoneConfig, Pickup, Tone};
 
 /// Highest sample rate of a scenario, Hz.
 const HIGHEST_RATE_HZ: f64 = 384_000.0;

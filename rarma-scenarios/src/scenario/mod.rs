@@ -29,8 +29,8 @@ pub use ldbb::{LdbbScenario, SHIPPED_LDBB, ldbb_schema, load_ldbb, parse_ldbb};
 pub use listen::BoxHints;
 
 use crate::error::ScenarioError;
-use hal_sim::plant::cut::Scenario;
 use rarma_core::condition::Band;
+use rarma_plants::cut::Scenario;
 use reader::{Allowed, Refusal, Section};
 use serde_json::{Value, json};
 
@@ -120,7 +120,7 @@ pub fn load(name: &str, seed: Option<u64>) -> Result<Loaded, ScenarioError> {
 /// As [`load`].
 pub fn parse(file: &str, text: &str, seed: Option<u64>) -> Result<Loaded, ScenarioError> {
     let loaded = file::parse(file, text, &schema(), |root| read(root, seed))?;
-    hal_sim::plant::cut::VirtualCut::new(&loaded.scenario).map_err(|why| file::whole(file, why))?;
+    rarma_plants::cut::VirtualCut::new(&loaded.scenario).map_err(|why| file::whole(file, why))?;
     Ok(loaded)
 }
 

@@ -6,10 +6,10 @@ use super::shared::{
     process_damping, speed, step_rate, variation,
 };
 use super::turning::turning;
-use hal_sim::plant::cut::Process;
-use hal_sim::plant::milling::{Engagement, Gap, MillingConfig, Workpiece};
-use hal_sim::plant::modal::ShapedMode;
-use hal_sim::plant::process::{Contact, Wear};
+use rarma_plants::cut::Process;
+use rarma_plants::milling::{Engagement, Gap, MillingConfig, Workpiece};
+use rarma_plants::modal::ShapedMode;
+use rarma_plants::process::{Contact, Wear};
 
 /// One of the two kinds of cut.
 pub(super) fn process(file: &mut Section<'_>, seed: u64) -> Result<Process, Refusal> {

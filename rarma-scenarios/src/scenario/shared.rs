@@ -1,9 +1,9 @@
 //! What the sections `[milling]` and `[turning]` share.
 
 use super::reader::{Allowed, Refusal, Section};
-use hal_sim::plant::modal::Mode;
-use hal_sim::plant::process::{ForceNoise, ProcessDamping, Schedule};
-use hal_sim::plant::variation::{FREQUENCY_RATIOS, MOST_AMPLITUDE, SpeedVariation};
+use rarma_plants::modal::Mode;
+use rarma_plants::process::{ForceNoise, ProcessDamping, Schedule};
+use rarma_plants::variation::{FREQUENCY_RATIOS, MOST_AMPLITUDE, SpeedVariation};
 
 pub(super) const MM: f64 = 1e-3;
 pub(super) const N_PER_MM2: f64 = 1e6;

@@ -5,8 +5,8 @@ use super::shared::{
     LENGTH_MM, MM, N_PER_MM, N_PER_MM2, SPEED_RPM, bare_mode, depth, noise, process_damping,
     step_rate, variation,
 };
-use hal_sim::plant::process::Contact;
-use hal_sim::plant::turning::TurningConfig;
+use rarma_plants::process::Contact;
+use rarma_plants::turning::TurningConfig;
 
 pub(super) fn turning(s: &mut Section<'_>, seed: u64) -> Result<TurningConfig, Refusal> {
     let spindle_hz = s.number(

@@ -4,10 +4,10 @@
 //! right size, not exact: what is refused would take minutes or gigabytes.
 
 use super::reader::{Refusal, Section};
-use hal_sim::plant::cut::{Process, Scenario};
-use hal_sim::plant::delay::{MOST_NUMBERS, MOST_STEPS, MOST_VARIED_STEPS};
-use hal_sim::plant::milling::MillingConfig;
-use hal_sim::plant::truth::STEPS_PER_PERIOD;
+use rarma_plants::cut::{Process, Scenario};
+use rarma_plants::delay::{MOST_NUMBERS, MOST_STEPS, MOST_VARIED_STEPS};
+use rarma_plants::milling::MillingConfig;
+use rarma_plants::truth::STEPS_PER_PERIOD;
 
 /// Modes of a structure at most.
 const MOST_MODES: usize = 32;

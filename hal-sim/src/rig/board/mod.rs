@@ -9,12 +9,12 @@ use super::flash::SimFlash;
 use super::link::RigLink;
 use super::plant::{Plant, RigConfig};
 use crate::parts::{SimInput, SimPwm, SimRelay, Wire};
-use crate::plant::cers::ExciterConfig;
 use firmware::board::{Contacts, Emergency, Lights, ResetCause};
 use firmware::current_loop::MainSide;
 use firmware::parts::{ContactPins, Gate, PwmValve};
 use firmware::{Clock, CurrentLoop};
 use rarma_box::guard::KEPT_BYTES;
+use rarma_plants::cers::ExciterConfig;
 use std::collections::VecDeque;
 use std::fmt;
 

@@ -1,7 +1,7 @@
 //! How one machine's chatter grows, speed by speed.
 
 use super::Machine;
-use hal_sim::plant::delay::Root;
+use rarma_plants::delay::Root;
 
 /// Speeds lie so many steps apart, evenly in the logarithm: 0.86 % for a reach of 50 to 150 %.
 pub(super) const CELLS: usize = 128;

@@ -12,15 +12,15 @@ pub use belief::{Answer, Belief, Chart};
 
 use crate::args::MachineArgs;
 use crate::failure::Failure;
-use hal_sim::plant::cut::Process;
-use hal_sim::plant::delay::Root;
-use hal_sim::plant::error::PlantError;
-use hal_sim::plant::modal::{Mode, ShapedMode};
-use hal_sim::plant::truth::roots_in;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use rarma_core::decide::{StructuralMode, Structure};
+use rarma_plants::cut::Process;
+use rarma_plants::delay::Root;
+use rarma_plants::error::PlantError;
+use rarma_plants::modal::{Mode, ShapedMode};
+use rarma_plants::truth::roots_in;
 use rarma_scenarios::scenario;
 
 /// How well what is told is known: relative standard deviations of one drawn machine.

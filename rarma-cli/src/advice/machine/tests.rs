@@ -2,13 +2,13 @@ use super::curve::{CELLS, Curve, Point, Span};
 use super::likelihood::{Conditions, of_chatter, of_known};
 use super::vibration::Vibration;
 use super::*;
-use hal_sim::plant::delay::DepthSearch;
-use hal_sim::plant::forced::milling_forced_m;
-use hal_sim::plant::milling::{Engagement, MillingConfig};
-use hal_sim::plant::process::Schedule;
-use hal_sim::plant::truth::limit_of;
 use rand::SeedableRng;
 use rarma_core::advice::{Advice, AdviceConfig, HeardChatter, KnownCut};
+use rarma_plants::delay::DepthSearch;
+use rarma_plants::forced::milling_forced_m;
+use rarma_plants::milling::{Engagement, MillingConfig};
+use rarma_plants::process::Schedule;
+use rarma_plants::truth::limit_of;
 
 const HZ: f64 = 150.0;
 

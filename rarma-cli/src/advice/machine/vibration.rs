@@ -3,8 +3,8 @@
 
 use super::Machine;
 use super::curve::{CELLS, Span};
-use hal_sim::plant::cut::Process;
-use hal_sim::plant::forced::milling_forced_m;
+use rarma_plants::cut::Process;
+use rarma_plants::forced::milling_forced_m;
 use rayon::prelude::*;
 
 /// Vibration of the tool, m rms, over a stretch of speeds.

@@ -26,11 +26,17 @@ pub(super) struct ByClock {
 }
 
 impl ByClock {
-    /// Begins to look after it.
+    /// Begins to look after it. An interrupt ends the program once what is ordered has been given back, unless
+    /// somebody else `ends` it.
     ///
     /// # Errors
     /// The system does not let it hear of an interrupt.
-    pub(super) fn start(actor: Actor, first: ActRecord, needs_live: bool) -> Result<Self, Failure> {
+    pub(super) fn start(
+        actor: Actor,
+        first: ActRecord,
+        needs_live: bool,
+        ends: bool,
+    ) -> Result<Self, Failure> {
         let (tell, told) = channel();
         let (say, said) = channel();
         let _ = say.send(first);
@@ -40,7 +46,7 @@ impl ByClock {
         signals::on_interrupt(move || set.store(true, Ordering::SeqCst))?;
         let thread = thread::spawn({
             let speed_hz = Arc::clone(&speed_hz);
-            move || look_after(actor, &told, &say, &speed_hz, &interrupted)
+            move || look_after(actor, &told, &say, &speed_hz, &interrupted, ends)
         });
         Ok(Self {
             tell,
@@ -83,6 +89,7 @@ fn look_after(
     say: &Sender<ActRecord>,
     speed_hz: &Mutex<Option<f64>>,
     interrupted: &AtomicBool,
+    ends: bool,
 ) -> Result<(), Failure> {
     let begun = Instant::now();
     let mut ended = false;
@@ -108,10 +115,10 @@ fn look_after(
         })?;
         *speed_hz.lock().unwrap_or_else(PoisonError::into_inner) = turning(&actor);
         if !actor.holds() {
-            if interrupts {
+            if interrupts && !ends {
                 std::process::exit(INTERRUPTED);
             }
-            if ended {
+            if ended || interrupts {
                 return Ok(());
             }
         }
@@ -141,5 +148,10 @@ impl Beside for ByClock {
 
     fn said(&mut self) -> Option<ActRecord> {
         self.said.try_recv().ok()
+    }
+
+    fn failed(&self) -> bool {
+        // While it is listened the thread ends for no other reason.
+        self.thread.as_ref().is_some_and(JoinHandle::is_finished)
     }
 }

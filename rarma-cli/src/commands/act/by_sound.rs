@@ -68,4 +68,8 @@ impl Beside for BySound {
     fn said(&mut self) -> Option<ActRecord> {
         self.said.pop_front()
     }
+
+    fn failed(&self) -> bool {
+        self.failed.is_some()
+    }
 }

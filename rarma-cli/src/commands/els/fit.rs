@@ -3,7 +3,7 @@
 use super::{limit, notices};
 use crate::args::ElsFitArgs;
 use crate::failure::Failure;
-use hal_sim::plant::els::fit::{Compliance, Line, LoadStep, Unknown, compliances, fit_joints};
+use rarma_plants::els::fit::{Compliance, Line, LoadStep, Unknown, compliances, fit_joints};
 use rarma_recordings::input::{Plane, Role, merge, read_load_steps, read_receptances};
 use rarma_scenarios::scenario::load_els;
 use serde_json::json;
@@ -80,8 +80,8 @@ fn unit(unknown: Unknown) -> &'static str {
     }
 }
 
-fn words(why: &hal_sim::plant::els::ElsModelError) -> String {
-    use hal_sim::plant::els::ElsModelError::Singular;
+fn words(why: &rarma_plants::els::ElsModelError) -> String {
+    use rarma_plants::els::ElsModelError::Singular;
     match why {
         Singular { free } => format!(
             "the measurements do not determine {free} of the unknowns (ask for fewer, or add receptances)"

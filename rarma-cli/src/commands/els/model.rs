@@ -4,7 +4,7 @@ use super::{out, pictures, tell};
 use crate::args::ElsModelArgs;
 use crate::failure::Failure;
 use crate::output;
-use hal_sim::plant::els::{Clamping, ElsModel, Place};
+use rarma_plants::els::{Clamping, ElsModel, Place};
 use rarma_recordings::input::{Plane, Role, write_uff};
 use rarma_scenarios::els::diagram::{Cut, Diagram, diagram};
 use rarma_scenarios::els::machine::{

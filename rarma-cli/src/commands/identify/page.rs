@@ -9,6 +9,7 @@ use crate::commands::estimators;
 use crate::commands::model_pictures::{BAR, densities, diagram, residuals as left_over};
 use crate::commands::order::{self, Candidate};
 use crate::commands::psd;
+use rarma_pictures::text::escape;
 use rarma_pictures::{Chart, Mark, Scale, Series, sheet, table};
 
 /// Orders above the one that was asked for, in the diagram.
@@ -110,7 +111,11 @@ fn methods(part: &Part, found: &Identified, args: &IdentifyArgs) -> String {
     let rows: Vec<Vec<String>> = all
         .iter()
         .map(|reading| {
-            let mut row = vec![reading.name.clone(), format!("{:.3} s", reading.seconds)];
+            let took = match &reading.modes {
+                Ok(_) => format!("{:.3} s", reading.seconds),
+                Err(_) => "–".to_owned(),
+            };
+            let mut row = vec![reading.name.clone(), took];
             row.extend(found.modes.iter().map(|m| match nearest(reading, m.f) {
                 Some(n) => format!(
                     "{}, {}",
@@ -173,8 +178,13 @@ fn methods(part: &Part, found: &Identified, args: &IdentifyArgs) -> String {
                   each mode, a little off its frequency, so that none hides another."
                 .to_owned(),
     };
+    let without: String = all
+        .iter()
+        .filter_map(|reading| Some((&reading.name, reading.modes.as_ref().err()?)))
+        .map(|(name, why)| format!("<p>{name}: {}.</p>\n", escape(why)))
+        .collect();
     format!(
-        "<h2>Other methods</h2>\n{}<p>Each mode of the model, and what other methods read within 3 % of it: \
+        "<h2>Other methods</h2>\n{}{without}<p>Each mode of the model, and what other methods read within 3 % of it: \
          burg stands for a long autoregression, its deviations are the least that are possible.</p>\n{}",
         table(&head, &rows),
         picture.figure()

@@ -4,7 +4,7 @@ use super::{answer, save, show};
 use crate::args::LdbbRunArgs;
 use crate::failure::Failure;
 use crate::output;
-use hal_sim::plant::ldbb::drive::{Trouble, circles, standing};
+use rarma_plants::ldbb::drive::{Trouble, circles, standing};
 use rarma_recordings::input::{Circles, Static, circle_file};
 use rarma_rigs::ldbb::{ForceLaw, Held, Schedule, StandingConfig, ValveConfig};
 use rarma_scenarios::ldbb::from_recorded;

@@ -1,8 +1,10 @@
-//! Functions of one argument, ours beside those of `libm` and `micromath`: `cargo xtask count --functions`.
+//! Functions of one argument, ours beside those of `libm` and `micromath`, and advice at an alarm: `cargo xtask count --functions`.
 
 use super::Kernel;
 use micromath::F32Ext;
 use rarma_core::Real;
+use rarma_core::advice::{AdviceConfig, HeardChatter, advise};
+use rarma_core::decide::{StructuralMode, Structure};
 use rarma_core::spectrum::{Quadratic, modal};
 
 /// The sample's digits as a number from 1 to 2: an argument in the range of use.
@@ -49,6 +51,59 @@ functions! {
     ModeOurs, "f and zeta of a pole pair, ours", |x| ours(x);
     ModeLibm, "f and zeta of a pole pair, libm", |x| libms(x);
     ModeMicromath, "f and zeta of a pole pair, micromath", |x| micromaths(x);
+}
+
+/// [`advise`] at one sample of 2000: what an alarm would cost, spread over them.
+macro_rules! advices {
+    ($($kernel:ident, $name:literal, $modes:expr;)*) => {
+        $(
+            pub struct $kernel(Option<Structure<f32>>, u32);
+
+            impl Kernel for $kernel {
+                const NAME: &'static str = $name;
+                fn new() -> Self {
+                    Self(structure($modes), 0)
+                }
+                fn step(&mut self, y: f32) -> f32 {
+                    self.1 += 1;
+                    if self.1 % 2000 == 1 {
+                        advice(argument(y), self.0.as_ref())
+                    } else {
+                        y
+                    }
+                }
+            }
+        )*
+    };
+}
+
+advices! {
+    AdviceAlone, "advice once in 2000, no structure", 0;
+    AdviceByModes, "advice once in 2000, eight modes", 8;
+}
+
+fn structure(modes: u8) -> Option<Structure<f32>> {
+    let mode = |k: u8| StructuralMode {
+        f_hz: 500.0 + 200.0 * f32::from(k),
+        f_sd: 2.0,
+        zeta: 0.02,
+        zeta_sd: 0.002,
+    };
+    let all = [0, 1, 2, 3, 4, 5, 6, 7].map(mode);
+    Structure::new(all.get(..usize::from(modes))?).ok()
+}
+
+/// Two teeth at 9000 1/min, chatter at 1128 Hz or so.
+fn advice(x: f32, structure: Option<&Structure<f32>>) -> f32 {
+    let heard = HeardChatter {
+        f_hz: 1127.0 + x,
+        f_sd_hz: 3.0,
+        spindle_hz: 150.0,
+        spindle_sd_hz: 0.1,
+        teeth: 2,
+    };
+    let said = advise(&AdviceConfig::reach(75.0, 225.0), &heard, structure, &[]);
+    said.map_or(0.0, |advice| advice.best_chance)
 }
 
 fn sum((sin, cos): (f32, f32)) -> f32 {

@@ -20,9 +20,9 @@ use estimators::{
 };
 #[cfg(feature = "count-functions")]
 use functions::{
-    Argument, Atan2Libm, Atan2Micromath, Atan2Ours, ExpLibm, ExpMicromath, ExpOurs, LnLibm,
-    LnMicromath, LnOurs, ModeLibm, ModeMicromath, ModeOurs, SinCosLibm, SinCosMicromath,
-    SinCosOurs, SqrtLibm, SqrtMicromath, SqrtOurs,
+    AdviceAlone, AdviceByModes, Argument, Atan2Libm, Atan2Micromath, Atan2Ours, ExpLibm,
+    ExpMicromath, ExpOurs, LnLibm, LnMicromath, LnOurs, ModeLibm, ModeMicromath, ModeOurs,
+    SinCosLibm, SinCosMicromath, SinCosOurs, SqrtLibm, SqrtMicromath, SqrtOurs,
 };
 #[cfg(not(feature = "count-functions"))]
 use rigs::{Bar, LoopBias, LoopNoise, LoopPrbs, LoopSteps, Plant};
@@ -76,6 +76,8 @@ macro_rules! kernels {
 #[cfg(feature = "count-functions")]
 kernels![
     Nop,
+    AdviceAlone,
+    AdviceByModes,
     Argument,
     SqrtOurs,
     SqrtLibm,
