@@ -169,37 +169,53 @@ fn a_program_at_another_speed_is_worked_out_beside_the_listening() {
     let about = case.about_with_machine();
     let mut actor = Actor::new(Box::new(controller.clone()), config, about, None).expect("sound");
     let mut t_s = 0.0;
-    let mut chatters = || {
-        let mut said = Vec::new();
-        actor.heard(t_s, None);
-        // Until something is proposed.
-        while !said
-            .iter()
-            .any(|what| matches!(what, What::Proposed { .. }))
-        {
-            t_s += 0.02;
-            actor.heard(t_s, Some(f_hz));
-            let step = actor.step(t_s, |record| said.push(record.what));
-            step.expect("no log");
-            assert!(t_s < 60.0, "{said:?}");
-        }
-        said
-    };
-    let without = |said: &[What], because: &str| {
-        let is = |what: &What| matches!(what, What::WithoutMachine { why } if *why == because);
-        said.iter().any(is)
-    };
+    let mut chatters = || proposed(&mut actor, &mut t_s, f_hz);
+    let without = |said: &[What]| said.contains(&What::WithoutMachine);
     // Its chart has just been begun, and takes seconds.
-    assert!(without(&chatters(), "chart"));
+    assert!(without(&chatters()));
     // That of the other speed was there from the beginning, and says more.
     *controller.spindle() = Spindle::turning(hz);
     let said = chatters();
-    assert!(
-        !said
-            .iter()
-            .any(|what| matches!(what, What::WithoutMachine { .. })),
-        "{said:?}"
-    );
+    assert!(!without(&said) && !said.contains(&What::NotBelieved), "{said:?}");
+}
+
+/// What is said of a chatter at this frequency, Hz, until something is proposed, and a tenth of a second longer.
+fn proposed(actor: &mut Actor, t_s: &mut f64, f_hz: f64) -> Vec<What> {
+    let mut said = Vec::new();
+    let mut proposed_s = None;
+    actor.heard(*t_s, None);
+    while proposed_s.is_none_or(|at_s| *t_s < at_s + 0.1) {
+        *t_s += 0.02;
+        actor.heard(*t_s, Some(f_hz));
+        let step = actor.step(*t_s, |record| said.push(record.what));
+        step.expect("no log");
+        if matches!(said.last(), Some(What::Proposed { .. })) {
+            proposed_s = proposed_s.or(Some(*t_s));
+        }
+        assert!(*t_s < 60.0, "{said:?}");
+    }
+    said
+}
+
+/// A stable cut is called at the frequency of something else: the operator is shown speeds, and nothing is turned.
+#[test]
+fn what_the_told_machine_cannot_do_turns_nothing() {
+    let mut stable = (SEEDS..).filter_map(|seed| drawn(seed, Kind::Stable, &RPM));
+    let case = stable.next().expect("a stable cut");
+    let hz = case.cut.spindle_hz();
+    let mode = case.about().structure.expect("modes").modes()[0].f_hz;
+    let said = |about: Chatter| {
+        let spindle = Arc::new(Mutex::new(Spindle::turning(hz)));
+        let port = Box::new(SimulatedController(spindle));
+        let config = ActConfig::limits(true, LIMITS.0, LIMITS.1);
+        let mut actor = Actor::new(port, config, about, None).expect("sound");
+        let said = proposed(&mut actor, &mut 0.0, 1.02 * mode);
+        (said, actor.holds())
+    };
+    let (without, turned) = said(case.about());
+    assert!(turned && !without.contains(&What::NotBelieved), "{without:?}");
+    let (with, turned) = said(case.about_with_machine());
+    assert!(!turned && with.contains(&What::NotBelieved), "{with:?}");
 }
 
 #[test]

@@ -26,6 +26,14 @@ pub struct Chatter {
     pub machine: Option<Charts>,
 }
 
+/// Speeds for a chatter.
+enum Proposed {
+    /// Overrides at which the cut may be stable, the best first.
+    Believed(Vec<f64>),
+    /// The machine that is told makes no such chatter at this speed: what is proposed by the one mode is shown alone.
+    NotBelieved,
+}
+
 /// Turns what is heard into orders.
 pub struct Actor {
     controller: Option<Box<dyn Controller>>,
@@ -40,8 +48,8 @@ pub struct Actor {
     reading: Option<Reading>,
     /// Speeds of this program at which it chattered.
     known: Vec<KnownCut<f64>>,
-    /// Why the machine that is told is of no use, as it was said last.
-    said_without: Option<&'static str>,
+    /// It was said that the machine that is told is not worked out for the programmed speed.
+    said_without: bool,
 }
 
 impl Actor {
@@ -71,7 +79,7 @@ impl Actor {
             chatter_hz: None,
             reading: None,
             known: Vec::new(),
-            said_without: None,
+            said_without: false,
         })
     }
 
@@ -139,10 +147,12 @@ impl Actor {
             Some(Ok(None)) | None => {}
         }
         if self.failed.is_none() && self.policy.asks(t_s) {
-            let overrides = self.proposals(t_s, &mut said);
+            let proposed = self.proposals(t_s, &mut said);
             // What could not be logged just now is not ordered.
-            if self.failed.is_none() {
-                self.policy.advised(t_s, &overrides);
+            match (proposed, &self.failed) {
+                (_, Some(_)) => {}
+                (Proposed::Believed(overrides), None) => self.policy.advised(t_s, &overrides),
+                (Proposed::NotBelieved, None) => self.policy.disbelieved(t_s),
             }
         }
         let step = self.policy.step(t_s);
@@ -178,7 +188,7 @@ impl Actor {
         self.note(t_s, What::Gone { error })
     }
 
-    /// By the machine that is told, or else by the one mode that is heard.
+    /// By the machine that is told, or else by the one mode that is heard; and whether the chatter is believed.
     fn advice(
         &mut self,
         t_s: f64,
@@ -186,31 +196,38 @@ impl Actor {
         config: &AdviceConfig<f64>,
         heard: &HeardChatter<f64>,
         said: &mut impl FnMut(ActRecord),
-    ) -> Option<Advice<f64>> {
-        if let Some(charts) = &mut self.about.machine {
-            let why = match charts.of(program_hz) {
-                None => "chart",
-                Some(chart) => match chart.advise(config, heard, &self.known) {
-                    Ok(Some(answer)) => return Some(answer.advice),
-                    Ok(None) | Err(_) => "chatter",
-                },
-            };
-            if self.said_without.replace(why) != Some(why) {
-                said(self.note(t_s, What::WithoutMachine { why }));
+    ) -> (Option<Advice<f64>>, bool) {
+        let chart = self.about.machine.as_mut().map(|m| m.of(program_hz));
+        let believed = match &chart {
+            None => true,
+            Some(None) => {
+                if !std::mem::replace(&mut self.said_without, true) {
+                    said(self.note(t_s, What::WithoutMachine));
+                }
+                true
             }
-        }
+            Some(Some(chart)) => {
+                self.said_without = false;
+                match chart.advise(config, heard, &self.known) {
+                    Ok(Some(answer)) => return (Some(answer.advice), true),
+                    Ok(None) => false,
+                    Err(_) => true,
+                }
+            }
+        };
         let structure = self.about.structure.as_ref();
         // What is out of range, such as a frequency that is none, has no advice.
-        advise(config, heard, structure, &self.known).ok()
+        let advice = advise(config, heard, structure, &self.known);
+        (advice.ok(), believed)
     }
 
-    /// Overrides at which the cut may be stable, the best first.
-    fn proposals(&mut self, t_s: f64, said: &mut impl FnMut(ActRecord)) -> Vec<f64> {
+    /// What is proposed, and shown.
+    fn proposals(&mut self, t_s: f64, said: &mut impl FnMut(ActRecord)) -> Proposed {
         let (Some(reading), Some(f_hz)) = (self.reading, self.chatter_hz) else {
-            return Vec::new();
+            return Proposed::Believed(Vec::new());
         };
         let Some(spindle_hz) = reading.spindle_hz() else {
-            return Vec::new();
+            return Proposed::Believed(Vec::new());
         };
         let heard = HeardChatter {
             f_hz,
@@ -225,14 +242,20 @@ impl Actor {
             keeps_feed: self.config.keeps_feed,
             ..AdviceConfig::reach(least_hz, most_hz)
         };
-        let advice = self.advice(t_s, reading.program_hz, &config, &heard, said);
+        let (advice, believed) = self.advice(t_s, reading.program_hz, &config, &heard, said);
         let hz: Vec<f64> = advice
             .iter()
             .flat_map(|a| a.proposals.iter().flatten())
             .map(|p| p.spindle_hz)
             .collect();
-        self.known
-            .push(KnownCut::chattered(spindle_hz, Some((f_hz, heard.f_sd_hz))));
+        // Shown once, though it is asked again while it stands.
+        if !believed && self.policy.disbelieves() {
+            return Proposed::NotBelieved;
+        }
+        if believed {
+            let known = KnownCut::chattered(spindle_hz, Some((f_hz, heard.f_sd_hz)));
+            self.known.push(known);
+        }
         let rpm = |hz: f64| (600.0 * hz).round() / 10.0;
         let proposed = What::Proposed {
             f: (10.0 * f_hz).round() / 10.0,
@@ -245,6 +268,10 @@ impl Actor {
         if let Some(Err(why)) = shown {
             said(self.gone(t_s, &why));
         }
-        overrides
+        if believed {
+            Proposed::Believed(overrides)
+        } else {
+            Proposed::NotBelieved
+        }
     }
 }

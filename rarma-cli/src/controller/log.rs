@@ -41,11 +41,9 @@ pub enum What {
         /// Of the override, percent.
         limits: [f64; 2],
     },
-    /// What comes next is proposed without the machine that is told; said again when the reason is another.
-    WithoutMachine {
-        /// `chart`: it is not worked out for the programmed speed, yet or at all; `chatter`: it does not chatter at this one.
-        why: &'static str,
-    },
+    /// What comes next is proposed without the machine that is told: it is not worked out for the programmed speed,
+    /// yet or at all.
+    WithoutMachine,
     /// Speeds are proposed for a chatter.
     Proposed {
         /// Of the chatter, Hz.
@@ -78,6 +76,8 @@ pub enum What {
     Quiet,
     /// See [`Said::NoSpeed`].
     NoSpeed,
+    /// See [`Said::NotBelieved`].
+    NotBelieved,
     /// See [`Said::OutOfLimits`].
     OutOfLimits {
         /// The override in force, percent.
@@ -133,6 +133,7 @@ impl From<Said> for What {
             Said::Arrived(at) => Self::Arrived { at: at.into() },
             Said::Quiet => Self::Quiet,
             Said::NoSpeed => Self::NoSpeed,
+            Said::NotBelieved => Self::NotBelieved,
             Said::OutOfLimits(at) => Self::OutOfLimits { at: percent(at) },
             Said::Ends(why) => {
                 let (why, got) = match why {
@@ -174,11 +175,8 @@ pub fn words(record: &ActRecord) -> String {
         What::Begins { controller, .. } => {
             format!("only says what it would order; controller: {controller}")
         }
-        What::WithoutMachine { why: "chart" } => {
+        What::WithoutMachine => {
             "without the machine that is told: it is not worked out for the programmed speed, yet or at all".to_owned()
-        }
-        What::WithoutMachine { .. } => {
-            "without the machine that is told: it does not chatter at this speed; the file is of another tool, cut or set-up".to_owned()
         }
         What::Proposed { speeds, .. } if speeds.is_empty() => {
             "no stable speed within the limits".to_owned()
@@ -191,6 +189,9 @@ pub fn words(record: &ActRecord) -> String {
         What::Ordered { from, to: end } => format!("ORDERED {}", to(from, end)),
         What::Arrived { at } => format!("the controller has it: {:.1} %", at.spindle),
         What::Quiet => "the chatter has ended".to_owned(),
+        What::NotBelieved => {
+            "nothing is ordered: the machine that is told does not chatter so at this speed; the call is false, or the file is of another tool, cut or set-up".to_owned()
+        }
         What::NoSpeed => "nothing is ordered: less depth of cut helps".to_owned(),
         What::OutOfLimits { at } => format!(
             "nothing is ordered: the override is {at:.0} %, outside the limits, and that is the operator's"

@@ -101,6 +101,8 @@ pub struct Policy {
     /// Speeds were proposed for the chatter that is heard now, and none was ordered: they are not asked
     /// for again.
     answered: bool,
+    /// The chatter that is heard now was not believed, at this time, s.
+    disbelieved_s: Option<f64>,
     tries: u32,
     /// To be logged with the next step.
     said: Option<Said>,
@@ -121,6 +123,7 @@ impl Policy {
             sound_s: None,
             chatter_s: None,
             answered: false,
+            disbelieved_s: None,
             tries: 0,
             said: None,
             now_s: 0.0,
@@ -145,6 +148,7 @@ impl Policy {
         if !chatters {
             self.chatter_s = None;
             self.answered = false;
+            self.disbelieved_s = None;
         } else if self.chatter_s.is_none() {
             self.chatter_s = Some(t_s);
         }
@@ -160,6 +164,9 @@ impl Policy {
         };
         let cuts = reading.running && !reading.stopped && reading.spindle_hz().is_some();
         if self.answered || !cuts || !self.hears(t_s) {
+            return false;
+        }
+        if self.disbelieved_s.is_some_and(|at_s| t_s - at_s < LISTEN_S) {
             return false;
         }
         match &self.state {
@@ -181,6 +188,7 @@ impl Policy {
             return;
         };
         self.answered = true;
+        self.disbelieved_s = None;
         let now = reading.overrides;
         if !self.config.allows(now.spindle) {
             self.said = Some(Said::OutOfLimits(now.spindle));
@@ -224,6 +232,23 @@ impl Policy {
             slips_s: None,
             quiet: false,
         });
+    }
+
+    /// The chatter that is heard is not believed: nothing is ordered, and an order that stands is kept. It is asked again
+    /// while it stands, for its frequency may become another. What was not [asked](Self::asks) for is passed over.
+    pub fn disbelieved(&mut self, t_s: f64) {
+        if !self.asks(t_s) {
+            return;
+        }
+        if !self.disbelieves() {
+            self.said = Some(Said::NotBelieved);
+        }
+        self.disbelieved_s = Some(t_s);
+    }
+
+    /// The chatter that is heard now was not believed, and nothing has been ordered for it.
+    pub fn disbelieves(&self) -> bool {
+        self.disbelieved_s.is_some()
     }
 
     /// One step: to be made some fifty times a second, whatever has happened.

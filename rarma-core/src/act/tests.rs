@@ -83,6 +83,8 @@ struct Play {
     chatters: bool,
     sounds: bool,
     proposes: Vec<f64>,
+    /// The chatter is believed.
+    believes: bool,
     said: Vec<Said>,
     ordered: Vec<ActOrder>,
 }
@@ -97,6 +99,7 @@ impl Play {
             chatters: false,
             sounds: true,
             proposes: vec![0.92],
+            believes: true,
             said: Vec::new(),
             ordered: Vec::new(),
         }
@@ -113,7 +116,11 @@ impl Play {
             }
             if self.policy.asks(self.t_s) {
                 let proposes = self.proposes.clone();
-                self.policy.advised(self.t_s, &proposes);
+                if self.believes {
+                    self.policy.advised(self.t_s, &proposes);
+                } else {
+                    self.policy.disbelieved(self.t_s);
+                }
             }
             let step = self.policy.step(self.t_s);
             self.said.extend(step.said);
@@ -410,6 +417,34 @@ fn nobody_who_listens_is_a_reason_to_give_back() {
     play.sounds = false;
     play.go(1.5).ends(Why::Deaf);
     assert_eq!(play.controller.overrides, both(1.0));
+}
+
+#[test]
+fn chatter_that_is_not_believed_turns_nothing_until_it_is() {
+    let mut play = Play::new(true);
+    play.believes = false;
+    play.chatters = true;
+    play.go(5.0);
+    // Said once, though it is asked again.
+    assert_eq!(play.said, [Said::NotBelieved]);
+    assert_eq!(play.ordered, []);
+    assert!(play.policy.disbelieves());
+    play.believes = true;
+    play.go(LISTEN_S + 1.0);
+    assert!(matches!(play.said[1], Said::Ordered(..)), "{:?}", play.said);
+    assert!(!play.policy.disbelieves());
+
+    // An order that stands is kept.
+    let mut play = Play::holding();
+    play.believes = false;
+    play.chatters = true;
+    play.go(3.0);
+    assert_eq!(play.said, [Said::NotBelieved]);
+    assert_eq!(play.controller.overrides, both(0.92));
+    // The next chatter is another.
+    play.chatters = false;
+    play.go(0.5);
+    assert!(!play.policy.disbelieves());
 }
 
 #[test]

@@ -98,6 +98,8 @@ pub enum Said {
     Quiet,
     /// Chatter, but no proposed speed lies within the limits.
     NoSpeed,
+    /// Chatter, but the machine that is told makes none such at this speed: nothing is ordered.
+    NotBelieved,
     /// Chatter, but the override in force lies outside the limits: it is the operator's.
     OutOfLimits(f64),
     /// The order ends, and what was before is ordered; or, of [`Why::Operator`], left.

@@ -77,7 +77,9 @@ fn of_run(lines: &[Value]) -> Result<Vec<(Utc, Body)>, ConvertError> {
                 let why = text(line, "why")?;
                 Some(((why == "not-stable").then_some(false), Some(why)))
             }
-            "would-order" | "no-speed" | "out-of-limits" | "gone" => Some((None, Some(act))),
+            "would-order" | "no-speed" | "not-believed" | "out-of-limits" | "gone" => {
+                Some((None, Some(act)))
+            }
             _ => None,
         };
         if let Some((helped, why)) = closed
