@@ -176,7 +176,10 @@ fn a_program_at_another_speed_is_worked_out_beside_the_listening() {
     // That of the other speed was there from the beginning, and says more.
     *controller.spindle() = Spindle::turning(hz);
     let said = chatters();
-    assert!(!without(&said) && !said.contains(&What::NotBelieved), "{said:?}");
+    assert!(
+        !without(&said) && !said.contains(&What::NotBelieved),
+        "{said:?}"
+    );
 }
 
 /// What is said of a chatter at this frequency, Hz, until something is proposed, and a tenth of a second longer.
@@ -213,7 +216,10 @@ fn what_the_told_machine_cannot_do_turns_nothing() {
         (said, actor.holds())
     };
     let (without, turned) = said(case.about());
-    assert!(turned && !without.contains(&What::NotBelieved), "{without:?}");
+    assert!(
+        turned && !without.contains(&What::NotBelieved),
+        "{without:?}"
+    );
     let (with, turned) = said(case.about_with_machine());
     assert!(!turned && with.contains(&What::NotBelieved), "{with:?}");
 }

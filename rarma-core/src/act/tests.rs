@@ -430,7 +430,7 @@ fn chatter_that_is_not_believed_turns_nothing_until_it_is() {
     assert_eq!(play.ordered, []);
     assert!(play.policy.disbelieves());
     play.believes = true;
-    play.go(LISTEN_S + 1.0);
+    play.go(2.0);
     assert!(matches!(play.said[1], Said::Ordered(..)), "{:?}", play.said);
     assert!(!play.policy.disbelieves());
 
