@@ -224,7 +224,13 @@ impl Case {
     /// The same, and its machine, usually wrong, worked out for its speed. This takes seconds.
     #[must_use]
     pub fn about_with_machine(&self) -> Chatter {
-        let mut charts = Charts::new(self.told(1.0));
+        self.about_with_machine_off(1.0)
+    }
+
+    /// The same, the machine so many times as wrong as it is believed to be.
+    #[must_use]
+    pub fn about_with_machine_off(&self, errors: f64) -> Chatter {
+        let mut charts = Charts::new(self.told(errors));
         let config = ActConfig::limits(false, REACH.0, REACH.1);
         charts.make(self.cut.spindle_hz(), &config, || ());
         Chatter {

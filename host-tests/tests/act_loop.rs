@@ -226,12 +226,15 @@ fn what_the_told_machine_cannot_do_turns_nothing() {
 #[test]
 #[ignore = "ten minutes"]
 fn a_machine_that_is_told_turns_more_of_them_long() {
-    let actors: [fn(&Case) -> Chatter; 2] = [Case::about, Case::about_with_machine];
+    let actors: [fn(&Case) -> Chatter; 3] = [Case::about, Case::about_with_machine, |case| {
+        case.about_with_machine_off(2.0)
+    }];
     let pocket = told(Kind::Pocket, 50, actors);
     let without = told(Kind::None, 20, actors);
     let ends = |all: &[Judged]| all.iter().filter(|j| j.end_stable && j.orders > 0).count();
     let said = |all: &[Judged]| all.iter().filter(|j| j.none_said && j.orders == 0).count();
-    for (k, name) in ["modes", "machine"].into_iter().enumerate() {
+    let names = ["modes", "machine", "machine twice as wrong as believed"];
+    for (k, name) in names.into_iter().enumerate() {
         println!(
             "told {name}: of 50 with a pocket end stable {}, \"no speed\" said {}; of 20 without said {}",
             ends(&pocket[k]),
