@@ -177,9 +177,33 @@ pub fn build_tool_with(
     Ok(built.join("release"))
 }
 
+/// Ticks of Linux' tables a second, on every processor that Rust's host tools are made for.
+const TICKS_PER_S: f64 = 100.0;
+
+/// What the programs that were started here and have ended took of the processor, s; none where it cannot be told.
+pub fn processor_s() -> Option<f64> {
+    of_ended(&fs::read_to_string("/proc/self/stat").ok()?)
+}
+
+/// Fields 16 and 17 of such a line, user's and system's; the second, a name in brackets, may hold anything.
+fn of_ended(stat: &str) -> Option<f64> {
+    let (_, from_third) = stat.rsplit_once(')')?;
+    let mut fields = from_third.split_whitespace().skip(13);
+    let mut ticks = || fields.next()?.parse::<f64>().ok();
+    Some((ticks()? + ticks()?) / TICKS_PER_S)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_processor_s_time_is_read_past_any_name() {
+        let line = "7 (a ) b) S 1 7 7 0 -1 4194304 9 9 9 9 11 12 250 50 20 0 1 0";
+        assert_eq!(of_ended(line), Some(3.0));
+        assert_eq!(of_ended("7 (a) S 1"), None);
+        assert_eq!(of_ended(""), None);
+    }
 
     #[test]
     fn spells_a_command_as_typed() {

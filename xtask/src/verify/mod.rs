@@ -27,7 +27,7 @@ use std::env;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use crate::{Failure, Result, Workspace};
+use crate::{Failure, Result, Workspace, process};
 use bench::Bench;
 use beside::Beside;
 use summary::{Entry, Outcome, Summary};
@@ -105,7 +105,9 @@ pub fn main(workspace: &Workspace, arguments: &[String]) -> Result<u8> {
             continue;
         }
         let after = begun.elapsed().as_secs();
-        println!("\n==> {} {name} (after {after} s)", number + 1);
+        let used = process::processor_s().map(|s| format!(", {s:.0} s of the processor"));
+        let used = used.unwrap_or_default();
+        println!("\n==> {} {name} (after {after} s{used})", number + 1);
         let begun = Instant::now();
         let outcome =
             check(&mut bench).unwrap_or_else(|failure| Outcome::Failed(failure.to_string()));
