@@ -48,7 +48,7 @@ impl Control {
         self.by != NOBODY
     }
 
-    /// Whether a command is by whoever has it.
+    /// Whether `by` is the host in control.
     fn is(&self, by: u32) -> bool {
         self.is_held() && by == self.turn
     }
@@ -92,7 +92,7 @@ impl Control {
         }
         match self.window.look(said.sequence) {
             Arrival::New => Ruling::Do,
-            // Late, and still on the safe side.
+            // A stop is carried out though a later command has come before it: stopping is safe.
             Arrival::Overtaken if said.command == Command::Stop => Ruling::Do,
             Arrival::Overtaken => Ruling::Doubled(Err(Refused::Overtaken)),
             Arrival::Repeated => {
@@ -102,8 +102,8 @@ impl Control {
         }
     }
 
-    /// A command has been carried out, or refused for what it asks for: its number is used. What is kept
-    /// is what the host may ask for again: a heartbeat's answer is not missed.
+    /// Marks the sequence number of a command as used, once it was carried out or refused for what it asks. The answer is
+    /// kept in case the host asks again; that to a heartbeat is not, for nobody does.
     pub fn remember(&mut self, said: &Said<'_>, answer: &Answer) {
         if said.command.only_asks() {
             return;
@@ -152,10 +152,9 @@ impl Control {
 pub(crate) enum Ruling {
     /// It is to be carried out.
     Do,
-    /// Somebody who has not got control wants everything to stop: the turn that there is ends, and outputs
-    /// go down.
+    /// A host that is not in control asks for a stop: outputs go down, and the turn of the host in control ends.
     Stop,
-    /// Control goes to whoever has said so.
+    /// The sender gets control.
     Take,
     /// It has come before, or too late.
     Doubled(Result<Answer, Refused>),
@@ -163,9 +162,8 @@ pub(crate) enum Ruling {
     No(Refused),
 }
 
-/// Whether a command comes from somebody who may change anything at all: with the key, or
-/// where there is none, at the box's own port. There the emergency stop, held pressed by
-/// somebody at the machine, stands for a key that was lost.
+/// Whether the sender of a command may change anything at all: it has the key, or, where none is set, it is at the box's own
+/// port. At that port a pressed emergency stop replaces a key that was lost: somebody stands at the machine.
 fn trusts<B: BoxBoard>(
     board: &mut B,
     said: &Said<'_>,

@@ -22,7 +22,7 @@ use rarma_core::monitor::{MonitorConfig, MonitorError};
 const BLOCK: usize = 64;
 /// Blocks taken in one pass: five milliseconds' worth at 192 kHz.
 const BLOCKS: usize = 16;
-/// No sample for this long: they have stopped, µs.
+/// Without a sample for this long the converter has stopped, µs.
 const STOPPED_US: u64 = 50_000;
 /// Root mean square over [`LOUD_S`] beyond this part of full scale: no cut is that loud
 /// without clipping, but noise and a torn cable are.
@@ -44,11 +44,11 @@ pub struct Listening {
     /// What is listened with, while somebody listens.
     job: Option<MonitorJob>,
     microphones: Microphones,
-    /// One has been dropped, and the other is not listened to yet.
+    /// A microphone was dropped in the last pass; the change to the other is still to be made.
     change: bool,
     /// The box shakes what it listens to: there is no chatter to be called.
     excited: bool,
-    /// Of the samples that no monitor takes: one that listens has its own.
+    /// Health of the samples while nobody listens. A monitor that listens has a health of its own.
     health: Health<f32>,
     /// Samples that have gone by since start-up, with those that were lost.
     gone: u64,
@@ -64,7 +64,7 @@ pub struct Listening {
     last_pulse: Option<Pulse>,
     pulse_us: u64,
     spindle_hz: Option<f32>,
-    /// The lower of the last two intervals' speeds: one pulse too many is no overspeed.
+    /// Speed by the tacho, the lower of the last two intervals', so that one pulse too many is no overspeed.
     sure_hz: Option<f32>,
     rhythm: InARow,
     noisy: Option<f32>,
@@ -96,8 +96,8 @@ pub fn job(settings: &Settings, fs_hz: f64) -> MonitorJob {
     }
 }
 
-/// What is heard of a structure that the box shakes: a sine has no damping, and a mode that
-/// is excited is loud; neither is a verdict.
+/// A verdict without its state, while the box itself shakes the structure: the sine reads as undamped, and the excited mode
+/// is loud, but neither is chatter.
 fn modes_only(verdict: &Verdict) -> Verdict {
     Verdict {
         state: State::Idle,
@@ -191,8 +191,7 @@ impl Listening {
 
     /// One pass: everything that has come. `found` is told what is wrong.
     ///
-    /// A function of its own in every image, so that a linked one can be searched for
-    /// what this duty may call.
+    /// It is never inlined, so that a linked image can be searched for all that this duty calls.
     #[inline(never)]
     pub fn pass<B: BoxBoard>(
         &mut self,
@@ -221,7 +220,7 @@ impl Listening {
         let mut microphones = self.microphones;
         let mut clipped = false;
         self.judge(now_us, &mut |code, value| {
-            // A cut that clips is loud on both.
+            // A cut that clips is loud on both microphones: neither is to be dropped for that.
             clipped |= code == FaultCode::SamplesClipped;
             if !(clipped && code == FaultCode::SamplesLoud) {
                 dropped = dropped.or(microphones.fault(code));
@@ -236,8 +235,8 @@ impl Listening {
         self.tacho(board, now_us);
     }
 
-    /// After a pass: the other microphone, if that pass has dropped one, and a model that starts
-    /// anew, because level and response are others. Not of the pass, which has a fixed time.
+    /// Changes to the other microphone where the last pass has dropped one. The model starts anew, for level and response are
+    /// others. To be called after a pass and not in it, because a pass has a deadline.
     pub fn change_over<B: BoxBoard>(&mut self, board: &mut B, now_us: u64, tell: &mut Teller) {
         if !core::mem::take(&mut self.change) {
             return;
@@ -255,8 +254,8 @@ impl Listening {
         }
     }
 
-    /// Samples in a row. Where a pulse or a listener to raw samples waits for one of them, each is taken by
-    /// itself.
+    /// Takes samples, all at once where possible: one by one where a pulse of the tacho belongs to one of them or
+    /// raw samples are sent.
     fn samples<B: BoxBoard>(&mut self, board: &mut B, samples: &[f32], tell: &mut Teller) {
         if self.duty.is_idle() {
             for &x in samples {
@@ -265,7 +264,7 @@ impl Listening {
         }
         let gain = self.loud_gain;
         self.loud = samples.iter().fold(self.loud, |loud, &x| {
-            // What is no number, or beyond full scale, is no sound.
+            // Not a number, or beyond full scale: not counted as sound.
             let heard = if x.abs() <= 1.0 { x * x } else { 0.0 };
             loud + gain * (heard - loud)
         });
@@ -357,7 +356,7 @@ impl Listening {
             Some(Fault::NotFinite) => found(FaultCode::SamplesNotFinite, 0.0),
             Some(Fault::Stuck) => found(FaultCode::SamplesStuck, 0.0),
             Some(Fault::Clipped) => found(FaultCode::SamplesClipped, 0.0),
-            // Told when they went missing.
+            // Reported by `lost`, when they went missing.
             Some(Fault::Missing) | None => {}
         }
         if self.loud > LOUD_RMS * LOUD_RMS {

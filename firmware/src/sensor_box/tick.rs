@@ -8,17 +8,17 @@ use rarma_box::guard::{Duty, Facts, FaultCode, Mode, Permission, RigSeen, Stage}
 use rarma_box::settings::{LINK_HEARTBEAT, TACHO_PULSES, TACHO_SILENCE};
 use rarma_box::wire::Telemetry;
 
-/// Readings of the slow sensors in a row that failed and are a fault.
+/// So many failed readings of the slow sensors in a row are a fault.
 const SENSORS_LOST: u32 = 3;
-/// Findings of the rig's watch in one millisecond that are told.
+/// At most so many findings of the rig's watch are taken in one millisecond.
 const MOST_FOUND: usize = 8;
-/// A current sensor's zero further off than this is no zero, A.
+/// A current sensor that reads more than this without current is faulty, A.
 const MOST_ZERO_A: f32 = 0.25;
 
 impl SensorBox {
     #[inline(never)]
     pub(super) fn tick<B: BoxBoard>(&mut self, board: &mut B, now_us: u64) {
-        // First of all: who was not here? A stall must not be cured by the pass after it.
+        // Deadlines first: the pass after a stall checks in again and would hide it.
         if let Some((duty, age)) = self.check_ins.late(now_us) {
             let seconds = age as f32 * 1e-6;
             let code = match duty {
@@ -41,12 +41,12 @@ impl SensorBox {
             self.fault(board, trip.code, trip.coil, trip.value, now_us);
         }
         self.zeros(board, now_us);
-        // Where coils are not in use the loop may sleep.
+        // Without coils the current loop need not run, and must not be missed.
         if self.rig.loop_ran() || mode != Mode::Cers {
             self.check_ins.here(Duty::Loop, now_us);
         }
         self.tacho(board, now_us);
-        // One message a millisecond of each.
+        // At most one message of each kind in a millisecond.
         if let Some(news) = self.rig.bar.news() {
             self.tell.tell(board, &Telemetry::Circle(news));
         }
@@ -109,7 +109,7 @@ impl SensorBox {
                 .then_some(self.rig.set_pa()),
             spindle_hz: self.spindle_hz(now_us),
         };
-        // Most milliseconds find nothing; what finds no place here is found again in the next.
+        // What does not fit is found again in the next millisecond.
         let mut found = Vec::<_, MOST_FOUND>::new();
         self.watch
             .update(mode, &limits, &seen, &mut |code, place, value| {
@@ -131,7 +131,7 @@ impl SensorBox {
             steady: self.rig.steady(),
             exciting: self.rig.exciting.runs(),
         };
-        // At most one of the stop, the enable input and the host, and the gate.
+        // Two at most: the gate, and the first of stop chain, enable input and host.
         let mut trips = [None; 2];
         let permission = self.supervisor.tick(&facts, &mut |record, severity| {
             if let Some(free) = trips.iter_mut().find(|t| t.is_none()) {

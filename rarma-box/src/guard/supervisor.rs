@@ -36,8 +36,8 @@ pub enum Denial {
     FaultStands,
     /// The enable input is open.
     EnableOpen,
-    /// The enable input has been closed since before the last trip or handing over of control:
-    /// release it and press it again.
+    /// The enable input has not been released since the last trip or the last change of control: release it and
+    /// press it again.
     EnableHeld,
     /// The emergency-stop chain is open.
     StopChainOpen,
@@ -82,8 +82,7 @@ pub struct Permission {
 /// The gate's read-back may lag behind the order by this, µs.
 const GATE_LAG_US: u64 = 3_000;
 
-/// The enable input is open for so long, µs, before it counts as released: a loose contact
-/// or a relay that bounces is no hand.
+/// The enable input counts as released only after so long, µs: a loose contact or a bouncing relay is shorter.
 pub const RELEASED_US: u64 = 50_000;
 
 /// Decides which outputs may be energised, and trips them.
@@ -176,8 +175,8 @@ impl Supervisor {
         self.press_again
     }
 
-    /// Whoever had control has it no more: lets outputs that are in use down in order. Whoever
-    /// stands at the machine has to agree again before the next arming.
+    /// Control has changed: outputs in use are let down in order, and the enable input has to be pressed anew before the
+    /// next arming.
     pub fn hand_over(&mut self, now_us: u64) {
         if self.stage.in_use() {
             self.want_press();
@@ -220,7 +219,7 @@ impl Supervisor {
         Ok(())
     }
 
-    /// Lets the outputs down in order. From any stage; does nothing where they are off.
+    /// Lets the outputs down in order, from any stage; does nothing if they are off.
     pub fn stop(&mut self, now_us: u64) {
         match self.stage {
             Stage::Ramping | Stage::Ready | Stage::Exciting => self.go(Stage::Stopping, now_us),
@@ -246,8 +245,8 @@ impl Supervisor {
         Ok(())
     }
 
-    /// Something is wrong. What that means here; a trip takes effect at once, in the
-    /// permission of the very next [`Self::tick`], and [`Self::gate`] falls now.
+    /// Reports a fault, and returns how grave it is in this mode. A trip takes effect at once: [`Self::gate`] is false from
+    /// now on, and the next [`Self::tick`] permits nothing.
     pub fn report(&mut self, record: FaultRecord) -> Severity {
         let severity = record.code.severity(self.mode);
         let in_use =

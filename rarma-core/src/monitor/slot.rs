@@ -10,7 +10,7 @@ use crate::spectrum::{LOCKIN_TAU_S, LockIn, Modal, ModalDeviation};
 use crate::verdict::Verdict;
 use crate::visit::state;
 
-/// The threshold is multiplied by this for a mode that may always have had little damping.
+/// Factor on the threshold of ζ for a mode that may have had little damping from the beginning.
 const NO_NEWS: f64 = 0.25;
 /// Time constant of the average of a line's frequency, s; and the relative change of frequency
 /// above which it is taken for another line.
@@ -73,10 +73,10 @@ pub(super) struct Surroundings<'a, T> {
     pub(super) sources: &'a Verdict<T>,
     pub(super) places: &'a Places<T>,
     pub(super) config: &'a AlarmConfig<T>,
-    /// Idle has been heard, so that its tones mean something.
+    /// The machine has been heard idling, so that tones of idle can be recognised.
     pub(super) idle_known: bool,
-    /// The band is louder than it was, and that not because a cut has just begun, when
-    /// forced lines come up as well.
+    /// The band has become louder during the cut. At the beginning of a cut this is false, for forced lines grow
+    /// then, too.
     pub(super) louder: bool,
     /// The speed of the spindle is told or heard. Then lines of the spectrum are compared with its
     /// multiples, and a line may call an alarm.
@@ -93,23 +93,23 @@ impl<T: Real> Slot<T> {
         self.test.process(own, gains.variance);
     }
 
-    /// An alarm on it is over: it takes new evidence to call it again.
+    /// Its alarm has ended: forgets the evidence, so that the next call needs new evidence.
     pub(super) fn clear(&mut self) {
         self.track.clear();
         self.test.forget();
     }
 
-    /// Its amplitude stays.
+    /// Whether its amplitude stays constant, as that of a limit cycle does.
     pub(super) fn is_steady(&self) -> bool {
         self.steadiness.is_steady()
     }
 
-    /// It grows by its own damping.
+    /// Whether its amplitude grows as its (negative) damping says.
     pub(super) fn runs_away(&self) -> bool {
         self.runaway.is_certain()
     }
 
-    /// Nothing is there.
+    /// There is no mode here any more: forgets all.
     pub(super) fn reset(&mut self) {
         self.track.reset();
         self.test.reset();
@@ -140,8 +140,7 @@ impl<T: Real> Slot<T> {
         self.runaway
             .note(frequency, damping, here, knows_speed, around.period_s);
         let steady = self.steadiness.is_steady();
-        // What was taken for a mode of low damping is none if its amplitude is that of a limit
-        // cycle.
+        // A constant amplitude is that of a limit cycle and not of a mode with little damping that the cut rings.
         let (usual, threshold) = if steady {
             let setting = around.config.threshold;
             (setting * T::from_f64(2.0), setting)
@@ -163,7 +162,7 @@ impl<T: Real> Slot<T> {
         } else {
             sd.frequency
         };
-        // A pole that stands for a line and a mode beside it lies between them.
+        // One pole for a line and a mode beside it lies between the two: the line's own frequency is asked, too.
         let undamped = modal.damping < around.config.threshold && !around.spindle.is_locked();
         let line = self.line_hz().filter(|_| undamped);
         let sure = around.rotation.without_doubt();
@@ -171,7 +170,7 @@ impl<T: Real> Slot<T> {
         let harmonic = around.rotation.harmonic(frequency, spread).or(of_line);
         let origin = self.origin(frequency, sd.frequency, harmonic, around);
         if origin.explains() {
-            // A line that leaves its multiple when the speed jumps is no news.
+            // Evidence on a forced line is thrown away, lest it count when the speed jumps and leaves the line behind.
             self.test.discount();
         }
         let reading = Reading {
@@ -194,7 +193,7 @@ impl<T: Real> Slot<T> {
         (reading, here)
     }
 
-    /// The frequency at which the component turns that the lock-in has heard.
+    /// Follows the frequency of the line that the lock-in hears, from how its phase turns.
     fn follow_line(&mut self, frequency: T, period_s: T) {
         let slip = self.at.slipped();
         let (line, heard_s) = self.line;

@@ -9,30 +9,31 @@ use crate::decide::{
 use crate::real::Real;
 use crate::spectrum::modal;
 
-/// What a mode's share counts while no idle has been heard.
+/// Factor on the share of power of a mode, as long as the machine has not been heard idling: it may be a tone of
+/// the machine.
 const NO_IDLE: f64 = 0.33;
-/// Part of all of the band's power from which on a removed line may be a chatter that
-/// marks the surface: what runout leaves lies 10 to 20 dB below the teeth.
+/// A removed line with less than this part of the band's power is no chatter that would mark the surface: what
+/// runout leaves of a line lies 10 to 20 dB below the lines of the teeth.
 const STANDS_OUT: f64 = 0.1;
-/// Part of the band's power that is never taken for explained: a lock-in reads a
-/// line's power to a few percent only.
+/// At least this part of the band's power counts as unexplained: a lock-in reads the power of a line to a few
+/// percent only.
 const LEAST_REST: f64 = 0.05;
-/// The last roots stand for the present ones for this long while they are searched
-/// for anew, s. They are found within milliseconds.
+/// While the roots of the model are searched for anew, the last ones are used for at most this long, s. The search
+/// takes milliseconds.
 pub(super) const LOST_HOLD_S: f64 = 0.1;
-/// A mode whose line the rotation makes with less than this chance may call; with 0.03 the
-/// population comes out alike.
+/// A mode may call an alarm only if the rotation makes its line with less than this chance. With 0.03 the results on
+/// the population are the same.
 const FREE: f64 = 0.1;
-/// A mode is of the cut now, and not of what the cut had drowned, where the band's power is at
-/// least this part of the loudest that was heard (10 dB): a tool that leaves uncovers fans, and
-/// neighbours that chatter, at the place of a mode that was damped. With 5 to 10 dB two of 16 false
-/// alarms are left of five that modes made, with 13 dB three; with none is a chatter missed.
+/// A mode belongs to the cut only while the band's power is at least this part of the largest so far (10 dB). When the
+/// tool leaves the cut, fans and neighbours that chatter become audible, at times at the frequency of a mode that was damped
+/// before. Of five false alarms by modes (16 in all) two are left with 5 to 10 dB and three with 13 dB; no chatter is
+/// missed with any of them.
 const OF_THE_CUT: f64 = 0.1;
-/// A mode and a line so near to each other, as a part of the frequency, are one vibration.
+/// A mode and a line whose frequencies differ by less than this part are one vibration.
 const SAME_LINE: f64 = 0.02;
-/// An alarm outlives bad samples for this long, s.
+/// Bad samples end an alarm only after this time, s.
 const ALARM_HOLD_S: f64 = 1.0;
-/// The level means something from here on, s.
+/// From this time on the level has settled and is used, s.
 const SETTLED_S: f64 = 0.2;
 
 impl<T: Real> Monitor<T> {
@@ -61,7 +62,7 @@ impl<T: Real> Monitor<T> {
         let cutting = self
             .idle
             .update(level, told_idle, settled && self.trusts_samples());
-        // One line that grows is no entry: a tool that enters is heard in all of the band.
+        // The entry of a tool raises the whole band, and not one line alone.
         let rest = (self.power - self.loudest).max(T::ZERO);
         let broad = self
             .idle
@@ -156,40 +157,41 @@ impl<T: Real> Monitor<T> {
         report
     }
 
-    /// Tells the lines the speed of the tacho; where nobody tells one, that of the comb that is
-    /// heard and removed.
+    /// Passes the speed on to the verdict by lines: that of the tacho, or, where no speed is told, that of the
+    /// comb of multiples that is heard and removed.
     fn tell_lines(&mut self) {
         if let Some(hz) = self.spindle.by_tacho() {
             self.sources.tell_speed(hz);
         } else if let Some(hz) = self.spindle.by_sound_alone() {
-            // From there on they follow it by themselves, as far as they look.
+            // The lines follow it by themselves from then on, within the range that they search.
             if !(self.heard_speed && self.sources.reaches(hz)) {
                 self.sources.tell_speed(hz);
             }
             self.heard_speed = true;
         } else if let Some(hz) = self.spindle.by_setting().filter(|_| self.heard_speed) {
-            // The sound has taken back that it denied it.
+            // The sound contradicted the speed that was told, and no longer does.
             self.sources.tell_speed(hz);
             self.heard_speed = false;
         }
     }
 
-    /// The line that the lines say chatters, Hz, if they know the speed and `known` asks for that.
+    /// Frequency of the line that the verdict by lines calls chatter, Hz; none unless whether it knows the speed is
+    /// as `known` asks.
     fn suspected_line(&self, known: bool) -> Option<T> {
         let said = self.sources.judgement();
         let says = self.hears_lines && self.knows_speed() == known && said.chatter;
         says.then_some(said.f_hz)
     }
 
-    /// The lines go by a speed that is told and not denied, or by the one that is heard.
+    /// Whether the verdict by lines has a speed: one that is told and that the sound does not contradict, or one that is heard.
     fn knows_speed(&self) -> bool {
         self.heard_speed || self.spindle.is_told()
     }
 
-    /// A mode may call that loses its damping while the cut goes on, that grows by its own damping (`runs_away`), or
-    /// that grew while no idle was heard to tell a line's level by; where the speed is known only if
-    /// the lines hold that the rotation does not make it. Where it is not, one may call, too, whose
-    /// line would be called if the rotation did not make it.
+    /// Whether a mode may call an alarm. It must have lost its damping while the cut went on, or grow by its own
+    /// damping (`runs_away`), or have grown where idle was not heard, so that levels over idle are not known. If the speed is
+    /// known, the verdict by lines must hold besides that the rotation does not make its line. If it is not known, a mode may
+    /// also call at a line that would be called if the rotation did not make it.
     fn may_call(&self, mode: &Mode<T>, runs_away: bool) -> bool {
         if !self.hears_lines {
             return true;
@@ -202,13 +204,13 @@ impl<T: Real> Monitor<T> {
         }
         let forced = self.sources.forced_at(mode.frequency);
         let is_free = forced.is_some_and(|forced| forced < T::from_f64(FREE));
-        // Flip chatter lies on multiples of the speed: there its damping alone can tell.
+        // Flip chatter lies on multiples of the speed, where only the damping tells it from a forced line.
         let is_flip = mode.origin == Origin::Unknown;
         (lost && (is_free || is_flip)) || ((grew || runs_away) && is_free)
     }
 
-    /// A line that was removed as it stood, though it may be self-excited, is as loud as one
-    /// that is judged.
+    /// Whether a line that was removed as forced, though it may be self-excited, is as loud as a mode must be to be
+    /// called.
     fn may_hide_chatter(&self) -> bool {
         let flip = self.spindle.loudest_standing();
         let known = if self.idle.idle_level().is_some() {
@@ -222,16 +224,15 @@ impl<T: Real> Monitor<T> {
             && flip > self.power * T::from_f64(STANDS_OUT)
     }
 
-    /// Whether a line that is removed has risen by itself. What is left in the
-    /// signal is seen as a mode, and judged.
+    /// Watches whether a removed line rises by itself, for what is removed is not judged as a mode.
     fn watch_lines(&mut self, cutting: bool) {
         let changing = !cutting || self.spindle.is_changing();
         self.blindness
             .note(self.spindle.removed(), self.power, changing, self.period_s);
     }
 
-    /// Where a pole pair and a real one change places, the modes' memories go with them:
-    /// a mode is the one that was at its frequency at the last decision.
+    /// Keeps each mode's memory with its frequency: where poles have changed places since the last decision, their
+    /// slots are swapped.
     fn find_again(&mut self) {
         let mut found = [None; MAX_MODES];
         for (place, factor) in found.iter_mut().zip(self.identifier.factors()) {
@@ -326,8 +327,8 @@ impl<T: Real> Monitor<T> {
                 .max(self.rest_power * T::from_f64(LEAST_REST))
                 .max(*here);
             if rest > T::ZERO && !reading.origin.explains() {
-                // As long as nothing is known of idle, a line that no speed explains must
-                // be nearly all there is: it may have been there all along.
+                // Before idle is known, a line that no speed explains may have been there all along: it
+                // must hold nearly all of the power.
                 let doubted = !reading.grew && !idle_known;
                 let known = T::from_f64(if doubted { NO_IDLE } else { 1.0 });
                 reading.share = known * *here / rest;

@@ -7,21 +7,21 @@ use super::lines::{CANDIDATES, SpectrumLine};
 use super::{Judgement, Verdict};
 use crate::real::Real;
 
-/// Sidebands of one line agree this closely, in units of the resolution, and as a part of what
-/// is one vibration.
+/// Two lines are sidebands of one vibration if their distances to the next multiple of the spacing differ by less than so
+/// many resolutions, or than this part of the breadth of a vibration, whichever is larger.
 const SAME: f64 = 1.2;
 const SIDEBANDS: f64 = 0.4;
-/// Sidebands are told from each other from this spacing on, in units of the resolution.
+/// Sidebands can be told from each other where they are at least so many resolutions apart.
 const TOLD_APART: f64 = 8.0;
-/// Multiples are told apart from this spacing on, in units of the resolution; so many are
-/// looked at.
+/// Multiples can be told from each other where they are at least so many resolutions apart; and so many multiples are
+/// summed.
 const APART: f64 = 6.0;
 const MULTIPLES: u32 = 40;
-/// The rotation never explains more than all but this part of the power.
+/// At least this part of the band's power counts as not explained by the rotation.
 const LEAST_REST: f64 = 0.03;
-/// Parts are held within this.
+/// Parts of the power are kept within these bounds before their log-odds are taken.
 const PARTS: (f64, f64) = (0.003, 0.995);
-/// A line counts for the family in full from this part of it on.
+/// A line that holds at least this part of its family's power stands for the whole family; a weaker one in proportion.
 const OWN: f64 = 1.0 / 3.0;
 
 /// What is the same for every line of a window.
@@ -30,7 +30,7 @@ pub(super) struct Scene<T> {
     /// Power of the band, and of the lines that the rotation explains.
     total: T,
     explained: T,
-    /// What the rotation leaves.
+    /// Power that the rotation does not explain.
     rest: T,
     spacing_hz: Option<T>,
     level: T,
@@ -38,7 +38,7 @@ pub(super) struct Scene<T> {
 }
 
 impl<T: Real> Verdict<T> {
-    /// Spacing of sidebands that can be told apart.
+    /// Spacing of sidebands, Hz: a turn's, or a tooth's where those of a turn cannot be told apart.
     fn spacing_hz(&self) -> Option<T> {
         let belief = self.belief()?;
         let apart = self.resolution_hz * T::from_f64(TOLD_APART);
@@ -47,7 +47,7 @@ impl<T: Real> Verdict<T> {
         [turn, tooth].into_iter().find(|spacing| *spacing > apart)
     }
 
-    /// Two candidates are of one family: near each other, or sidebands.
+    /// Whether two candidates are of one family: near each other, or sidebands of one vibration.
     fn are_family(
         &self,
         line: &SpectrumLine<T>,
@@ -67,8 +67,7 @@ impl<T: Real> Verdict<T> {
         near || sideband || line.bin == other.bin
     }
 
-    /// Power of a candidate's family that the rotation does not explain, and the frequency of
-    /// the strongest of it.
+    /// Power of a candidate's family that the rotation does not explain, and the frequency of its strongest line.
     fn family(&self, line: &SpectrumLine<T>, spacing_hz: Option<T>) -> (T, T) {
         let (mut sum, mut strongest) = (T::ZERO, (T::ZERO, line.f_hz));
         for (other, forced) in self.lines.candidates().iter().zip(self.forced) {
@@ -100,12 +99,12 @@ impl<T: Real> Verdict<T> {
         Some(sum)
     }
 
-    /// The band's power is at least this part of the loudest that was heard.
+    /// Whether the band's power is at least this part of the largest so far.
     pub(crate) fn is_loud(&self, part: T) -> bool {
         self.frame.total > self.loudest * part
     }
 
-    /// Whether the speed is looked for anew.
+    /// Notices that the speed has changed. True while the new speed is searched for.
     fn follow_speed(&mut self, explained: T) -> bool {
         let mut gliding = T::ZERO;
         for (k, line) in self.lines.candidates().iter().enumerate() {
@@ -128,7 +127,7 @@ impl<T: Real> Verdict<T> {
         }
         let is_settling = self.comb.is_settling();
         if is_settling != was_settling {
-            // What was believed of each line rests on the old speed.
+            // What each line was taken for rests on the old speed.
             self.tracks.forget_origin();
         }
         is_settling
@@ -153,8 +152,7 @@ impl<T: Real> Verdict<T> {
         }
     }
 
-    /// What is seen of candidate `k`, the power of its family, and the frequency of the strongest
-    /// of it.
+    /// The features of candidate `k`; with the power of its family and the frequency of the strongest line in it.
     pub(super) fn see(
         &self,
         k: usize,

@@ -44,9 +44,9 @@ use steadiness::Steadiness;
 use tracks::Tracks;
 use window::{SCANNED, Stage};
 
-/// Part of the time between two windows in which the work on one is done.
+/// The work on a window is spread over this part of the time until the next one.
 const BUSY: f64 = 0.7;
-/// What was there at idle and is louder than this, in power (6 dB), has grown.
+/// A tone of idle has grown when its power is this many times that at idle (6 dB).
 const GROWN: f64 = 4.0;
 
 /// What the verdict is told of the machine and the signal.
@@ -103,7 +103,7 @@ pub struct Verdict<T> {
     lines: Lines<T>,
     tracks: Tracks<T>,
     belief: Belief<T>,
-    /// Somebody has told the speed.
+    /// A speed has been told.
     is_told: bool,
     steadiness: Steadiness<T>,
     weigher: Weigher<T>,
@@ -120,7 +120,7 @@ pub struct Verdict<T> {
     glide: T,
     resolution_hz: T,
     angle: T,
-    /// Loudest level, smoothed one, its least: power.
+    /// Power of the band: the largest so far, the smoothed one, and the least of that.
     loudest: T,
     smooth: T,
     quietest: T,
@@ -137,7 +137,7 @@ state! { Verdict<T> {
 } }
 
 impl<T: Real> Verdict<T> {
-    /// One that has heard nothing.
+    /// A verdict at the beginning of listening.
     ///
     /// # Errors
     /// The first setting that is out of range.
