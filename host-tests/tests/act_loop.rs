@@ -14,11 +14,12 @@ use host_tests::page;
 use rarma_cli::controller::{Actor, Chatter, What};
 use rarma_core::act::ActConfig;
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::{Arc, Mutex};
 
 const BATCH: u64 = 8;
 /// Speeds of the cuts: any, 1/min.
-const RPM: core::ops::Range<f64> = 0.0..1e9;
+const RPM: Range<f64> = 0.0..1e9;
 
 /// So many cuts of a kind that were called (or are stable), each judged beside the same without orders, and each with
 /// several actors, of whom each is told something else.
@@ -307,4 +308,25 @@ fn how_much_less_a_cut_can_vibrate_long() {
     page::holds("docs/act.md", "least-vibration", &table);
     assert_eq!(best.len(), 50);
     assert!(count(0, 15.0) < 40 && count(1, 15.0) < 48 && count(0, 15.0) > 10);
+}
+
+/// What an order rests on: where a cut chatters a good part of the machines like the one that is told do, and where it is stable
+/// hardly any, also where the file is twice as wrong as it is believed to be.
+#[test]
+fn machines_like_the_told_one_tell_chatter_from_a_stable_cut() {
+    let expected = |kind: Kind, seeds: Range<u64>, errors: f64| -> Vec<f64> {
+        let cases = seeds
+            .into_par_iter()
+            .filter_map(|seed| drawn(seed, kind, &RPM));
+        let of = |case: Case| case.told(errors).expected(case.cut.spindle_hz());
+        cases.map(of).collect()
+    };
+    for errors in [1.0, 2.0] {
+        let stable = expected(Kind::Stable, 1..40, errors);
+        let chatters = expected(Kind::Pocket, 1..20, errors);
+        println!("{errors}: {stable:.2?} {chatters:.2?}");
+        let few = stable.iter().filter(|part| **part < 0.2).count();
+        assert!(stable.len() > 5 && 5 * few >= 4 * stable.len());
+        assert!(chatters.len() > 1 && chatters.iter().all(|part| *part >= 0.2));
+    }
 }

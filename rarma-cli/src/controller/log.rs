@@ -190,7 +190,7 @@ pub fn words(record: &ActRecord) -> String {
         What::Arrived { at } => format!("the controller has it: {:.1} %", at.spindle),
         What::Quiet => "the chatter has ended".to_owned(),
         What::NotBelieved => {
-            "nothing is ordered: the machine that is told does not chatter so at this speed; the call is false, or the file is of another tool, cut or set-up".to_owned()
+            "nothing is ordered: by the machine that is told the cut is stable at this speed, or chatters at another frequency; the call is false, or the file is of another tool, cut or set-up".to_owned()
         }
         What::NoSpeed => "nothing is ordered: less depth of cut helps".to_owned(),
         What::OutOfLimits { at } => format!(

@@ -98,7 +98,7 @@ pub enum Said {
     Quiet,
     /// Chatter, but no proposed speed lies within the limits.
     NoSpeed,
-    /// Chatter, but the machine that is told makes none such at this speed: nothing is ordered.
+    /// Chatter, but not by what is known of the machine: nothing is ordered.
     NotBelieved,
     /// Chatter, but the override in force lies outside the limits: it is the operator's.
     OutOfLimits(f64),

@@ -42,6 +42,8 @@ pub struct Answer {
     /// They chatter at the frequency that was heard, at this speed or at another of the cut's; otherwise
     /// most of them chatter there, but at others.
     pub explains: bool,
+    /// Part of such machines that chatter at this speed, before anything was heard.
+    pub expected: f64,
 }
 
 /// Roots of every drawn machine at one speed and depth.
@@ -80,6 +82,12 @@ impl Belief {
     #[must_use]
     pub fn structure(&self) -> Option<Structure<f64>> {
         self.told.structure(&self.spread)
+    }
+
+    /// Part of the machines like it that chatter at a speed, turns a second, at full depth.
+    #[must_use]
+    pub fn expected(&self, spindle_hz: f64) -> f64 {
+        chattering(&self.looks(spindle_hz, 1.0))
     }
 
     /// What every drawn machine does at a speed, turns a second, and so many times the depth.
@@ -253,8 +261,8 @@ fn last(known: &[KnownCut<f64>]) -> &[KnownCut<f64>] {
 struct Weighed {
     weights: Vec<f64>,
     explains: bool,
-    /// Most have this speed stable, at which it chatters.
-    surprised: bool,
+    /// Part of them that chatter at this speed, each counted alike.
+    expected: f64,
 }
 
 /// Weights of the machines; none where they have chattered neither here nor at a speed that is known.
@@ -293,18 +301,19 @@ fn weighed(
         let all: f64 = each.iter().map(|one| one.weight).sum();
         let explained: f64 = each.iter().map(|one| one.explained).sum();
         explains |= explained > EXPLAINED * all;
-        expects |= known.outcome != Outcome::Stable && most_chatter(looks);
+        expects |= known.outcome != Outcome::Stable && chattering(looks) > CHATTERING;
     }
     (explains || expects).then(|| Weighed {
         weights,
         explains,
-        surprised: !most_chatter(here),
+        expected: chattering(here),
     })
 }
 
-fn most_chatter(looks: &Looks) -> bool {
+/// Part of the machines that chatter.
+fn chattering(looks: &Looks) -> f64 {
     let grows = |roots: &&Vec<Point>| roots.iter().any(|p| p.growth_per_s >= 0.0);
-    looks.iter().filter(grows).count() as f64 > CHATTERING * looks.len() as f64
+    looks.iter().filter(grows).count() as f64 / looks.len() as f64
 }
 
 /// How often each is among so many, by its weight: systematic resampling.
@@ -357,12 +366,13 @@ fn answer(
     let tried: Vec<KnownCut<f64>> = known
         .iter()
         .copied()
-        .chain(weighed.surprised.then_some(now))
+        .chain((weighed.expected <= CHATTERING).then_some(now))
         .collect();
     Ok(Answer {
         advice: advise_by(&config, heard, structure, &tried, chance, |hz| {
             vibration.at(hz)
         })?,
         explains: weighed.explains,
+        expected: weighed.expected,
     })
 }
