@@ -282,6 +282,12 @@ fn a_log_of_orders_becomes_advice_and_what_came_of_it() {
         outcomes(&dry),
         [(0, false, Some(9000.0), None, why("would-order"))]
     );
+    // The call was not believed: nothing was turned, either.
+    let doubted = [BEGINS, (1.5, PROPOSED), (1.5, r#""act":"not-believed""#)];
+    assert_eq!(
+        outcomes(&log(0.0, &doubted)),
+        [(0, false, Some(9000.0), None, why("not-believed"))]
+    );
     let grown = format!("{dry}{}", log(60.0, &[BEGINS, (2.0, PROPOSED)]));
     let (short, long) = (records(&dry, &head()), records(&grown, &head()));
     let (short, long) = (short.unwrap(), long.unwrap());
