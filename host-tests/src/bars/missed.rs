@@ -474,20 +474,6 @@ pub const MISSED: &[Missed] = &[
         why: "the box is shipped with the order (4,3), the core's monitor is made with (8,7): near a decision they differ; 31 end stable by the box, 29 by the core",
     },
     Missed {
-        bar: "act with the machine told, simulated, long: of 50 stable made unstable",
-        asked: 0.0..=0.0,
-        got: 1.0..=2.0,
-        test: "act_loop::stable_cuts_are_left_alone_with_their_machine_told_long",
-        why: "of four that are turned on a false call one ends at a speed that chatters",
-    },
-    Missed {
-        bar: "act with the machine told, simulated, long: of 50 stable turned",
-        asked: 0.0..=0.0,
-        got: 3.0..=5.0,
-        test: "act_loop::stable_cuts_are_left_alone_with_their_machine_told_long",
-        why: "six calls are false, and a call is believed, whatever the machine that is told says of the speed that is left",
-    },
-    Missed {
         bar: "advice: % none said where there is none, machine told, frequency as heard",
         asked: 95.0..=100.0,
         got: 91.0..=94.9,
