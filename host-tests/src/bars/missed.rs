@@ -446,6 +446,13 @@ pub const MISSED: &[Missed] = &[
         why: "in a pocket a multiple of the teeth stands near the mode: what the teeth force stays",
     },
     Missed {
+        bar: "act with the machine told, long: false calls",
+        asked: 0.0..=0.0,
+        got: 1.0..=5.0,
+        test: "act_linuxcnc::a_real_controller_turns_cuts_with_their_machine_told_long",
+        why: "the monitor is wrong 47 times an hour of quiet cutting, and the cuts that have become stable are heard for three and a half minutes: 2.7 by that; 2 heard by the box, none in a run heard by the core",
+    },
+    Missed {
         bar: "act with the machine told, long: of 50 chatter 15 dB less",
         asked: 48.0..=50.0,
         got: 32.0..=40.0,
@@ -457,7 +464,7 @@ pub const MISSED: &[Missed] = &[
         asked: 48.0..=50.0,
         got: 44.0..=47.0,
         test: "act_linuxcnc::a_real_controller_turns_cuts_with_their_machine_told_long",
-        why: "of four that do not end stable no speed is proposed in two (a pocket of 1.5 %; an alarm at 1.16 times the root), two end where the root is just above 0",
+        why: "of four that do not end stable no speed is proposed in two (a pocket of 1.5 %; an alarm at 1.16 times the root), one ends where the root is just above 0, and one is given back after a false call at a stable speed",
     },
     Missed {
         bar: "act with the machine told, long: of 50 vibration 15 dB less",
