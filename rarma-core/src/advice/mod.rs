@@ -9,7 +9,7 @@
 //! is fed. The plain rule turns at n = f/(k·N), k = 1, 2, …. It has two faults: f lies off the
 //! structure's own frequency, so that its pockets lie beside the true ones, and it has a pocket
 //! for every k, also where none is left. Both are mended here by the phase of the waves, see
-//! [`phase_of`] and [`Lobes`]; what is not known (damping, depth, the other modes) is a
+//! [`Phase`] and [`Lobes`]; what is not known (damping, depth, the other modes) is a
 //! belief: a set of cases, each with its lobes, and a speed is as good as the part of the
 //! belief in which it is stable ([`advise`]). Other cuts with the same tool are evidence of it
 //! ([`KnownCut`]): a stable one by its speed and depth, one that chattered by its frequency, too, which
@@ -42,6 +42,6 @@ mod vary_tests;
 pub use config::{AdviceConfig, AdviceError, MOST_REACH};
 pub use heard::{HeardChatter, KnownCut, MOST_KNOWN, Outcome};
 pub use lobes::{Lobes, MOST_MARGIN, Side};
-pub use phase::{Phase, load_of, phase_of, ratio_of};
-pub use propose::{Advice, Help, MOST_PROPOSALS, Proposal, advise, advise_by};
+pub use phase::Phase;
+pub use propose::{Advice, Help, Proposal, advise, advise_by};
 pub use vary::{Variation, VariationConfig, vary};

@@ -36,7 +36,7 @@ pub struct Phase<T> {
 }
 
 /// The phase at so many waves between two teeth, > 0.
-pub fn phase_of<T: Real>(waves: T) -> Phase<T> {
+pub(crate) fn phase_of<T: Real>(waves: T) -> Phase<T> {
     let off = waves - waves.round();
     let (sin, cos) = (off * T::from_f64(core::f64::consts::TAU)).sin_cos();
     Phase {
@@ -87,7 +87,7 @@ impl<T: Real> Phase<T> {
 ///
 /// Where the frequency lies nearer to the mode than at the limit (a chatter whose teeth leave
 /// the cut has lost some of its load) the load of the limit is given.
-pub fn load_of<T: Real>(phase: &Phase<T>, ratio: T, zeta: T) -> Option<T> {
+pub(crate) fn load_of<T: Real>(phase: &Phase<T>, ratio: T, zeta: T) -> Option<T> {
     let off = (ratio - T::ONE) * phase.side.sign();
     if !(off > T::ZERO) {
         return None;
@@ -112,7 +112,7 @@ pub(super) fn growth_of<T: Real>(phase: &Phase<T>, load: T, zeta: T) -> T {
 }
 
 /// Frequency over that of the mode, f/f_m, at which a cut of this load chatters.
-pub fn ratio_of<T: Real>(phase: &Phase<T>, load: T, zeta: T) -> T {
+pub(crate) fn ratio_of<T: Real>(phase: &Phase<T>, load: T, zeta: T) -> T {
     let growth = growth_of(phase, load, zeta);
     T::ONE + load * phase.side.sign() * (T::ONE - phase.kept(growth) * phase.cos)
 }

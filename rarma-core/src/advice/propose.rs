@@ -8,7 +8,7 @@ use crate::decide::Structure;
 use crate::real::Real;
 
 /// Speeds that are proposed at most.
-pub const MOST_PROPOSALS: usize = 4;
+const MOST_PROPOSALS: usize = 4;
 /// Of two speeds alike the nearer goes first: e times further off weighs as a ninth less.
 const NEAR: f64 = 9.0;
 /// Of two speeds alike the quieter goes first: e times the vibration weighs as a twelfth less. Of 32 cuts with a

@@ -1,3 +1,4 @@
+use super::phase::{load_of, phase_of, ratio_of};
 use super::*;
 use crate::decide::{StructuralMode, Structure};
 use crate::real::Real;

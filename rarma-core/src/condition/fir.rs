@@ -5,16 +5,16 @@ use crate::real::Real;
 use crate::visit::state;
 
 /// Longest filter of one stage.
-pub const MAX_TAPS: usize = 64;
+const MAX_TAPS: usize = 64;
 /// Half of them, and parts as long as that in the room for samples.
 const HALF: usize = MAX_TAPS / 2;
 const ROOM: usize = 3;
 /// Stop-band attenuation the filters are designed for, dB.
-pub const STOP_DB: f64 = 60.0;
+const STOP_DB: f64 = 60.0;
 
 /// A decimation stage; the identity where `factor` is 1.
 #[derive(Debug, Clone)]
-pub struct FirStage<T> {
+pub(crate) struct FirStage<T> {
     /// The first half of them and the one in the middle: they are symmetric.
     taps: [T; HALF],
     /// Samples in their order, the newest before `end`. Where the room ends the last ones

@@ -30,11 +30,11 @@ pub const HOLD_S: f64 = 0.1;
 pub const STUCK_S: f64 = 0.05;
 /// Least run of equal samples called stuck, whatever the rate.
 const STUCK_SAMPLES: u32 = 32;
-/// Fraction of samples at full scale, over the last [`CLIP_MEMORY_S`], that makes
+/// Fraction of samples at full scale, over the last 50 ms, that makes
 /// a signal untrustworthy.
 pub const CLIPPED_FRACTION: f64 = 0.02;
 /// Memory of the clipped fraction, s.
-pub const CLIP_MEMORY_S: f64 = 0.05;
+const CLIP_MEMORY_S: f64 = 0.05;
 
 /// Counts since the start, for the report.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

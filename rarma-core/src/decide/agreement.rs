@@ -24,24 +24,24 @@ pub enum Agreement {
 }
 
 /// Joint standard deviations within which two frequencies are one.
-pub const AGREE_SDS: f64 = 2.0;
+const AGREE_SDS: f64 = 2.0;
 /// Frequencies closer than this part of f are one, however sure the readings are:
 /// the estimators converge apart, and a limit cycle wanders.
-pub const AGREE_LEAST: f64 = 0.01;
+const AGREE_LEAST: f64 = 0.01;
 /// Frequencies further apart than this part of f are two, however unsure the
 /// readings are.
-pub const AGREE_MOST: f64 = 0.05;
+const AGREE_MOST: f64 = 0.05;
 /// Suspicion of each that is enough where two sensors are suspicious of the same mode.
 ///
 /// Two sensors share the randomness of the process: what one reads wrong for that
 /// reason, the other does too, and agreement is worth little. A mode of 1.5 % was called
 /// 20 times in 6.4 min by two sensors that call on their own, 22 times with 0.9, 29 with
 /// 0.75, 41 with 0.6; the call of a true one came at 46, 44, 42, 34 ms.
-pub const JOINT_SUSPICION: f64 = 0.9;
+const JOINT_SUSPICION: f64 = 0.9;
 
 /// Two readings of one mode: |f₁ − f₂| within [`AGREE_SDS`]·√(sd₁² + sd₂²), at least
 /// [`AGREE_LEAST`] and at most [`AGREE_MOST`] of the lower f. NaN is nobody's mode.
-pub fn same_mode<T: Real>(a: &Mode<T>, b: &Mode<T>) -> bool {
+fn same_mode<T: Real>(a: &Mode<T>, b: &Mode<T>) -> bool {
     let sd = (a.frequency_sd * a.frequency_sd + b.frequency_sd * b.frequency_sd).sqrt();
     let f = a.frequency.min(b.frequency);
     let width = (sd * T::from_f64(AGREE_SDS))
@@ -50,7 +50,7 @@ pub fn same_mode<T: Real>(a: &Mode<T>, b: &Mode<T>) -> bool {
 }
 
 /// The mode of `modes` that is `mode`, the nearest if there are several.
-pub fn partner<T: Real>(mode: &Mode<T>, modes: &[Option<Mode<T>>]) -> Option<Mode<T>> {
+pub(crate) fn partner<T: Real>(mode: &Mode<T>, modes: &[Option<Mode<T>>]) -> Option<Mode<T>> {
     let mut best: Option<Mode<T>> = None;
     for other in modes.iter().flatten() {
         let off = (other.frequency - mode.frequency).abs();
@@ -63,18 +63,18 @@ pub fn partner<T: Real>(mode: &Mode<T>, modes: &[Option<Mode<T>>]) -> Option<Mod
 }
 
 /// Nothing else explains the mode, and it is no line of unknown origin.
-pub fn unexplained<T: Real>(mode: &Mode<T>) -> bool {
+pub(crate) fn unexplained<T: Real>(mode: &Mode<T>) -> bool {
     !mode.origin.explains() && mode.label != Label::Forced
 }
 
 /// Whichever of two readings of a mode is surer of its damping.
-pub fn surer<T: Real>(a: Mode<T>, b: Mode<T>) -> Mode<T> {
+pub(crate) fn surer<T: Real>(a: Mode<T>, b: Mode<T>) -> Mode<T> {
     if b.damping_sd < a.damping_sd { b } else { a }
 }
 
 /// The loudest mode that two sensors are both suspicious of: each for
 /// [`JOINT_SUSPICION`] of what a call by one alone needs, and nothing explains it.
-pub fn jointly_suspicious<T: Real>(
+pub(crate) fn jointly_suspicious<T: Real>(
     first: &[Option<Mode<T>>],
     second: &[Option<Mode<T>>],
 ) -> Option<Mode<T>> {

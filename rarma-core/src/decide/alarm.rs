@@ -69,7 +69,7 @@ pub enum Reason {
 
 /// The standing alarm.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct AlarmInForce<T> {
+pub(crate) struct AlarmInForce<T> {
     /// Place of the mode among the tracked ones.
     pub slot: usize,
     /// Power-weighted mean frequency since the call, Hz; of the majority of the lines once one
@@ -95,7 +95,7 @@ state! { AlarmInForce<T> {
 
 /// Undamped for this long in all, an alarm is established, s: it then holds through
 /// damping that is smeared by modulation.
-pub const ESTABLISHED_S: f64 = 0.5;
+const ESTABLISHED_S: f64 = 0.5;
 
 impl<T: Real> AlarmInForce<T> {
     /// The mode has been undamped for [`ESTABLISHED_S`] in all.
@@ -145,7 +145,7 @@ pub enum AlarmEvent<T> {
 
 /// Who may call at one decision.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Callers<'a, T> {
+pub(crate) struct Callers<'a, T> {
     /// Whether each mode may.
     pub modes: &'a [bool],
     /// The verdict on lines calls the one at this frequency, Hz.
@@ -154,7 +154,7 @@ pub struct Callers<'a, T> {
 
 /// Raises and releases the alarm.
 #[derive(Debug, Clone)]
-pub struct Alarm<T> {
+pub(crate) struct Alarm<T> {
     config: AlarmConfig<T>,
     standing: Option<AlarmInForce<T>>,
     /// The alarm before, and for how long it is still remembered, s.

@@ -38,7 +38,7 @@ pub struct Dropped {
 
 /// What one channel says at a decision.
 #[derive(Debug, Clone, Copy)]
-pub struct Hearing<'a, T> {
+pub(crate) struct Hearing<'a, T> {
     /// What is wrong with its samples.
     pub fault: Option<Fault>,
     /// It judges: neither starting nor invalid.
@@ -56,15 +56,15 @@ pub const SILENT_RATIO: f64 = 1e-4;
 /// The other has come alive: its level has changed by this factor (12 dB).
 pub const MOVED_RATIO: f64 = 4.0;
 /// A channel that has changed by less than this factor (3 dB) has not moved.
-pub const STILL_RATIO: f64 = 1.41;
+const STILL_RATIO: f64 = 1.41;
 /// Two readings contradict each other for this long, s, before one is dropped.
-pub const CONTRADICTION_S: f64 = 0.5;
+const CONTRADICTION_S: f64 = 0.5;
 /// Readings of ζ contradict each other when they differ by this many joint standard
 /// deviations and by twice the threshold.
-pub const CONTRADICTION_SDS: f64 = 3.0;
+const CONTRADICTION_SDS: f64 = 3.0;
 /// A channel must have been well for this long, s, before it is heard again. The
 /// estimator's memory is a tenth of it.
-pub const TAKEN_BACK_S: f64 = 1.0;
+const TAKEN_BACK_S: f64 = 1.0;
 /// Smoothing of the level, s.
 const LEVEL_TAU_S: f64 = 0.1;
 /// Memory of the highest and the lowest level, s.
@@ -117,7 +117,7 @@ struct Watch<T> {
 
 /// Watches two channels of one machine.
 #[derive(Debug, Clone)]
-pub struct ChannelWatch<T> {
+pub(crate) struct ChannelWatch<T> {
     watches: [Watch<T>; 2],
     contradiction_s: T,
 }

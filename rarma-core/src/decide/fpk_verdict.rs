@@ -12,7 +12,7 @@ pub const SUSPICIOUS_SCINTILLATION: f64 = 0.75;
 /// Least N for a verdict that a mode is linear. At 32 a steady tone is told from one
 /// by a linear mode in 84 % of the cases if it has four times the noise's power, in
 /// 28 % if twice.
-pub const LEAST_EFFECTIVE: f64 = 32.0;
+const LEAST_EFFECTIVE: f64 = 32.0;
 /// z of S below which noise on a linear mode is excluded (1 %), and doubted (5 %).
 const EXCLUDED_Z: f64 = -2.33;
 const DOUBTED_Z: f64 = -1.64;

@@ -10,7 +10,7 @@ use crate::real::Real;
 /// Spindle frequency, where it is known. Multiples of the tooth frequency are among
 /// its multiples, whatever the number of teeth.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Rotation<T> {
+pub(crate) struct Rotation<T> {
     /// Rotations per second, Hz.
     pub spindle_hz: Option<T>,
     /// Teeth on the cutter, where they are known.
@@ -25,14 +25,14 @@ pub struct Rotation<T> {
 }
 
 /// Half-width of the label around a multiple, Hz, at the least.
-pub const LEAST_WIDTH_HZ: f64 = 2.0;
+const LEAST_WIDTH_HZ: f64 = 2.0;
 /// Half-width in standard deviations of the mode's frequency, for a speed that is heard or
 /// measured, so that its lines are removed or at least known, and for one that was told.
 pub const HEARD_SD: f64 = 1.0;
 /// See `HEARD_SD`.
 pub const TOLD_SD: f64 = 2.0;
 /// Half-width as a fraction of the frequency: how well a speed is known.
-pub const SPEED_ACCURACY: f64 = 0.002;
+pub(crate) const SPEED_ACCURACY: f64 = 0.002;
 /// Up to this multiple a doubt about the speed counts: of an end mill in steel 33 were heard.
 const DOUBTED_MULTIPLES: f64 = 33.0;
 /// The first multiples: a doubt of 2 % hides less than a third of what lies between them.
@@ -40,7 +40,7 @@ const FIRST_MULTIPLES: f64 = 8.0;
 /// Half-width at most, as a fraction of the spacing of the multiples. The labels
 /// hide twice this fraction of all frequencies where every multiple of the
 /// spindle is looked at.
-pub const WIDEST_FRACTION: f64 = 0.15;
+const WIDEST_FRACTION: f64 = 0.15;
 
 impl<T: Real> Rotation<T> {
     /// The multiple of the spindle frequency that `f` (standard deviation `f_sd`,

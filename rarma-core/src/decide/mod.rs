@@ -22,34 +22,30 @@ mod sequential;
 mod steady;
 mod structure;
 
-pub use agreement::{
-    AGREE_LEAST, AGREE_MOST, AGREE_SDS, Agreement, JOINT_SUSPICION, jointly_suspicious, partner,
-    same_mode, surer, unexplained,
-};
-pub use alarm::{Alarm, AlarmEvent, AlarmInForce, Callers, ESTABLISHED_S, Reason, State};
-pub use channels::{
-    CONTRADICTION_S, CONTRADICTION_SDS, ChannelFault, ChannelWatch, Dropped, Hearing, MOVED_RATIO,
-    SILENT_RATIO, STILL_RATIO, TAKEN_BACK_S,
-};
+pub use agreement::Agreement;
+pub(crate) use agreement::{jointly_suspicious, partner, surer};
+pub(crate) use alarm::{Alarm, Callers};
+pub use alarm::{AlarmEvent, Reason, State};
+pub use channels::{ChannelFault, Dropped, MOVED_RATIO, SILENT_RATIO};
+pub(crate) use channels::{ChannelWatch, Hearing};
 pub use config::AlarmConfig;
 pub use fpk::{Fpk, LEAST_DAMPING, MEMORY_S};
 pub use fpk_histogram::{BINS, BINS_REACH, DecreasingFit, Histogram};
 pub use fpk_verdict::{
-    Amplitude, AmplitudeReading, LEAST_EFFECTIVE, LIMIT_SCINTILLATION, SUSPICIOUS_SCINTILLATION,
+    Amplitude, AmplitudeReading, LIMIT_SCINTILLATION, SUSPICIOUS_SCINTILLATION,
     critical_scintillation,
 };
-pub use harmonics::{LEAST_WIDTH_HZ, Rotation, SPEED_ACCURACY, WIDEST_FRACTION};
-pub use level::{CONTRAST, CUT_RATIO, IdleFinder};
-pub use mode::{Label, Mode, ModeTrack, Reading, SAME_MODE};
-pub use onset::Onset;
+pub(crate) use harmonics::{Rotation, SPEED_ACCURACY};
+pub(crate) use level::{CUT_RATIO, IdleFinder};
+pub use mode::{Label, Mode};
+pub(crate) use mode::{ModeTrack, Reading, SAME_MODE};
+pub(crate) use onset::Onset;
 pub use origin::Origin;
-pub use places::{Places, Sight};
-pub use runaway::Runaway;
-pub use sequential::{
-    DAMPED_RATIO, ENOUGH, ENOUGH_BACK, Evidence, LEAST_USUAL_RATIO, SequentialTest, UNDAMPED_RATIO,
-    USUAL_RATIO,
-};
-pub use steady::Steadiness;
+pub(crate) use places::{Places, Sight};
+pub(crate) use runaway::Runaway;
+pub(crate) use sequential::SequentialTest;
+pub use sequential::{DAMPED_RATIO, Evidence};
+pub(crate) use steady::Steadiness;
 pub use structure::{
     MAX_STRUCTURAL_MODES, ProcessDamping, STRUCTURE_SDS, STRUCTURE_WIDTH, StructuralMode,
     Structure, StructureError,

@@ -64,7 +64,7 @@ pub struct Mode<T> {
 
 /// What is measured of one mode at one decision.
 #[derive(Debug, Clone, Copy)]
-pub struct Reading<T> {
+pub(crate) struct Reading<T> {
     /// Frequency, Hz, and its standard deviation.
     pub frequency: (T, T),
     /// Damping ratio and its standard deviation.
@@ -93,7 +93,7 @@ pub struct Reading<T> {
 
 /// Memory of one mode.
 #[derive(Debug, Clone, Copy)]
-pub struct ModeTrack<T> {
+pub(crate) struct ModeTrack<T> {
     frequency: T,
     smooth_damping: Option<(T, T)>,
     undamped_s: T,
@@ -130,7 +130,7 @@ const SURELY_DAMPED: f64 = 2.0;
 const DAMPED_S: f64 = 1.0;
 const LOST_S: f64 = 1.0;
 /// A mode that jumps further than this (relative) is another one.
-pub const SAME_MODE: f64 = 0.03;
+pub(crate) const SAME_MODE: f64 = 0.03;
 
 impl<T: Real> ModeTrack<T> {
     /// The mode is where it was at the last decision.

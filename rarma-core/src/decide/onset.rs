@@ -27,7 +27,7 @@ const FALLING: f64 = 0.75;
 
 /// The power of what no line explains, over the last half second, and of all of the band.
 #[derive(Debug, Clone)]
-pub struct Onset<T> {
+pub(crate) struct Onset<T> {
     history: [T; STEPS],
     /// All of the band, newest first.
     band: [T; 2],

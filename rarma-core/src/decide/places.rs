@@ -103,7 +103,7 @@ impl<T: Real> Place<T> {
 
 /// How loud a mode is that is seen.
 #[derive(Debug, Clone, Copy)]
-pub struct Sight<T> {
+pub(crate) struct Sight<T> {
     /// Its part of what nothing explains; 0 for one that is explained.
     pub share: T,
     /// Its part of what is left when the spindle's lines are removed; 0 where another pole
@@ -117,7 +117,7 @@ pub struct Sight<T> {
 
 /// The modes that have been seen with damping.
 #[derive(Debug, Clone)]
-pub struct Places<T> {
+pub(crate) struct Places<T> {
     places: [Option<Place<T>>; PLACES],
     /// Nothing is learnt for so long, s.
     deaf_s: T,

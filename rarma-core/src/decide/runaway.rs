@@ -23,7 +23,7 @@ const EXPLAINED: f64 = 0.5;
 
 /// Growth of one mode.
 #[derive(Debug, Clone, Copy)]
-pub struct Runaway<T> {
+pub(crate) struct Runaway<T> {
     /// Power when ζ became negative for certain; none while it is not.
     from: Option<T>,
     /// Logarithm of the growth of the amplitude since, by the model.

@@ -21,7 +21,7 @@ use crate::visit::state;
 /// the mode's usual damping, and the first one backwards, for the way back. In the
 /// limit no test calls sooner at the same rate of false calls.
 #[derive(Debug, Clone, Copy)]
-pub struct SequentialTest<T> {
+pub(crate) struct SequentialTest<T> {
     x: [T; 2],
     undamped: Pair<T>,
     damped: Pair<T>,
@@ -53,10 +53,10 @@ pub struct Evidence<T> {
 
 /// Evidence of a lost damping that is enough, nats, against each of the two damped
 /// hypotheses. Calls in minutes of a mode of ζ = 2 and 5 %: table in the book's bench page.
-pub const ENOUGH: (f64, f64) = (8.0, 18.0);
+const ENOUGH: (f64, f64) = (8.0, 18.0);
 /// Evidence of regained damping that is enough, nats; and of the usual damping, where
 /// the vibration has gone as well.
-pub const ENOUGH_BACK: (f64, f64) = (12.0, 7.0);
+const ENOUGH_BACK: (f64, f64) = (12.0, 7.0);
 
 impl<T: Real> Evidence<T> {
     /// How near the call is: 1 and more is enough.
@@ -97,15 +97,15 @@ impl<T: Real> Pair<T> {
     }
 }
 
-/// Damping of the damped hypothesis, in thresholds; the undamped one has
-/// [`UNDAMPED_RATIO`]. Halfway between, at the threshold, the sums neither rise nor fall.
+/// Damping of the damped hypothesis, in thresholds; that of the undamped one is
+/// a fifth of the threshold. Halfway between, at the threshold, the sums neither rise nor fall.
 pub const DAMPED_RATIO: f64 = 2.0;
 /// Damping of the undamped hypothesis, in thresholds.
-pub const UNDAMPED_RATIO: f64 = 0.2;
+const UNDAMPED_RATIO: f64 = 0.2;
 /// Highest usual damping that is tested against, in thresholds.
-pub const USUAL_RATIO: f64 = 5.0;
+pub(crate) const USUAL_RATIO: f64 = 5.0;
 /// Lowest one, in thresholds.
-pub const LEAST_USUAL_RATIO: f64 = 0.4;
+const LEAST_USUAL_RATIO: f64 = 0.4;
 /// Memory of σ², s.
 const VARIANCE_TAU_S: f64 = 0.03;
 /// Most that one sample counts: a shock is no evidence about damping.

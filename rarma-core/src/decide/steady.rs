@@ -22,7 +22,7 @@ const STEADY: f64 = 0.25;
 /// m ← m + γ·(V − m),  m₂ ← m₂ + γ·(V² − m₂),  S = m₂/m² − 1,  γ = period/min(time heard, τ)
 /// ```
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Steadiness<T> {
+pub(crate) struct Steadiness<T> {
     mean: T,
     /// E V²/E²V.
     square: T,

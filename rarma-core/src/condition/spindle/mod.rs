@@ -11,12 +11,11 @@ mod spindle_tests;
 mod tacho;
 
 pub use finder::{
-    CHANCE_BLIND, CHANCE_TOLD, Comb, FRAME, Finding, MOST_PEAKS, SPACING_HZ, SlicedFft,
-    SpeedFinder, SpeedFinderConfig, SpeedFinderError, TOLD_RANGE, TOLERANCE_BINS,
+    Comb, Finding, SlicedFft, SpeedFinder, SpeedFinderConfig, SpeedFinderError, TOLD_RANGE,
 };
+pub(crate) use lines::is_home_of_flip;
 pub use lines::{
-    FLIP_TAU_S, HIGHEST_FLIP_HALVES, LINES_TAU_S, Lock, SPEED_WANDER, SpindleLines,
-    SpindleLinesConfig, SpindleLinesError, is_home_of_flip,
+    FLIP_TAU_S, Lock, SPEED_WANDER, SpindleLines, SpindleLinesConfig, SpindleLinesError,
 };
 pub use tacho::{
     LEVEL_MEMORY_S, PulseDetector, Tacho, TachoConfig, TachoError, TachoFault, TachoReading,

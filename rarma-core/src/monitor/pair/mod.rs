@@ -46,12 +46,12 @@ struct Channel<T> {
 /// Listens to two channels in step.
 ///
 /// * Both are suspicious of the same mode: the call comes sooner
-///   ([`jointly_suspicious`]).
+///   ([`Agreement`](crate::decide::Agreement)).
 /// * Only one calls: the pair follows after [`PairConfig::alone_confirmations`], or at once where
 ///   the other is deaf ([`PairConfig::hears`], or a level below [`SILENT_RATIO`] of this
 ///   one's), dropped or still starting.
 /// * The alarm ends when no channel holds it any more.
-/// * A bad channel is left out and named ([`ChannelWatch`]); the other goes on alone.
+/// * A bad channel is left out and named ([`ChannelFault`](crate::decide::ChannelFault)); the other goes on alone.
 ///
 /// ```
 /// use rarma_core::Order;

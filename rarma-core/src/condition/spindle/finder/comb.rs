@@ -8,7 +8,7 @@ use crate::visit::state;
 
 /// A peak this near a multiple, bins, is on it. Twice this over the spacing is the
 /// chance that a peak anywhere is.
-pub const TOLERANCE_BINS: f64 = 0.4;
+pub(crate) const TOLERANCE_BINS: f64 = 0.4;
 /// Least error of a peak's frequency that is believed, bins.
 pub(super) const LEAST_ERROR_BINS: f64 = 0.005;
 /// Numbers of strongest peaks that are tried; as many chances more.

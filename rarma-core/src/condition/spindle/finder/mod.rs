@@ -12,9 +12,8 @@ mod peaks;
 mod search;
 mod sliced_fft;
 
-pub use comb::TOLERANCE_BINS;
 pub use finding::{Comb, Finding, SpeedFinderConfig, SpeedFinderError};
-pub use peaks::MOST_PEAKS;
+pub(crate) use peaks::MOST_PEAKS;
 pub use sliced_fft::SlicedFft;
 
 use crate::condition::Band;
@@ -26,7 +25,7 @@ use peaks::{Peaks, peak_at};
 /// Complex points of the transform: 2048 samples.
 const HALF: usize = 1024;
 /// Samples a spectrum is made of.
-pub const FRAME: usize = 2 * HALF;
+pub(crate) const FRAME: usize = 2 * HALF;
 /// Work per call: butterflies, pairs of bins, bins looked at for a peak.
 const BUTTERFLIES: usize = 4;
 const PAIRS: usize = 4;
@@ -34,13 +33,13 @@ const BINS: usize = 2;
 /// Search around a told speed, as a fraction.
 pub const TOLD_RANGE: f64 = 0.03;
 /// Spacings that are sought where nothing is told, Hz.
-pub const SPACING_HZ: (f64, f64) = (15.0, 1000.0);
+const SPACING_HZ: (f64, f64) = (15.0, 1000.0);
 /// Least spacing the window can resolve, bins.
 const LEAST_SPACING_BINS: f64 = 5.0;
 /// Chance by which a speed near the told one may be one of random lines.
-pub const CHANCE_TOLD: f64 = 1e-3;
+pub(crate) const CHANCE_TOLD: f64 = 1e-3;
 /// Chance by which a spacing nobody told may be one of random lines.
-pub const CHANCE_BLIND: f64 = 1e-3;
+pub(crate) const CHANCE_BLIND: f64 = 1e-3;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Phase {

@@ -7,7 +7,7 @@ use crate::real::Real;
 use crate::visit::state;
 
 /// Peaks that are kept, the strongest.
-pub const MOST_PEAKS: usize = 24;
+pub(crate) const MOST_PEAKS: usize = 24;
 /// The background at a bin: this quantile of the bins so far to both sides.
 const REACH: usize = 24;
 const QUANTILE: f64 = 0.3;

@@ -4,7 +4,7 @@ use crate::condition::Band;
 use crate::visit::choice;
 
 /// Default memory of the amplitudes, s.
-pub const LINES_TAU_S: f64 = 0.3;
+const LINES_TAU_S: f64 = 0.3;
 /// Memory of the amplitude of a line where flip chatter may grow, s: what runout leaves
 /// there is steady.
 pub const FLIP_TAU_S: f64 = 3.0;

@@ -13,11 +13,8 @@ mod multiples;
 mod phase_loop;
 mod row;
 
-pub use multiples::{HIGHEST_FLIP_HALVES, is_home_of_flip};
-
-pub use config::{
-    FLIP_TAU_S, LINES_TAU_S, Lock, SPEED_WANDER, SpindleLinesConfig, SpindleLinesError,
-};
+pub use config::{FLIP_TAU_S, Lock, SPEED_WANDER, SpindleLinesConfig, SpindleLinesError};
+pub(crate) use multiples::is_home_of_flip;
 
 use crate::condition::Band;
 use crate::real::Real;

@@ -5,14 +5,14 @@ use crate::visit::state;
 
 /// Flip lobes lie where a vibration takes 2, 2/3, 2/5 … tooth periods; beyond this odd
 /// number of half tooth frequencies they are lost among the others.
-pub const HIGHEST_FLIP_HALVES: u32 = 9;
+const HIGHEST_FLIP_HALVES: u32 = 9;
 /// Highest multiple: bounds the work of a sample.
 pub(super) const HIGHEST: u32 = 255;
 
 /// Multiple `n` of the spindle is an odd multiple of half the tooth frequency, where period-two
 /// (flip) chatter lives: with an even number of teeth, and up to [`HIGHEST_FLIP_HALVES`] of
 /// them.
-pub fn is_home_of_flip(teeth: Option<u32>, n: u32) -> bool {
+pub(crate) fn is_home_of_flip(teeth: Option<u32>, n: u32) -> bool {
     teeth.is_some_and(|z| {
         let half = z / 2;
         let times = n.checked_div(half).unwrap_or(0);
