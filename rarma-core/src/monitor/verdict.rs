@@ -187,18 +187,18 @@ impl<T: Real> Monitor<T> {
     }
 
     /// Whether a mode may call an alarm. It must have lost its damping while the cut went on, or grow by its own
-    /// damping (`runs_away`). If the speed is known, it may also have grown where idle was not heard, so that levels over
-    /// idle are not known; and the verdict by lines must hold that the rotation does not make its line. If the speed is not
-    /// known, a line that stands or came with the cut may be one of the teeth: it is a warning.
+    /// damping (`runs_away`), or have grown where idle was not heard, so that levels over idle are not known. If the speed is
+    /// known, the verdict by lines must hold besides that the rotation does not make its line. If it is not known, a line that
+    /// only stands there may be one of the teeth: it is a warning.
     fn may_call(&self, mode: &Mode<T>, runs_away: bool) -> bool {
         if !self.hears_lines {
             return true;
         }
         let lost = mode.was_damped && self.sources.is_loud(T::from_f64(OF_THE_CUT));
-        if !self.knows_speed() {
-            return lost || runs_away;
-        }
         let grew = mode.grew && self.idle.idle_level().is_none();
+        if !self.knows_speed() {
+            return lost || grew || runs_away;
+        }
         let forced = self.sources.forced_at(mode.frequency);
         let is_free = forced.is_some_and(|forced| forced < T::from_f64(FREE));
         // Flip chatter lies on multiples of the speed, where only the damping tells it from a forced line.
