@@ -23,11 +23,8 @@ mod steady;
 mod structure;
 
 pub use agreement::Agreement;
-pub(crate) use agreement::{jointly_suspicious, partner, surer};
-pub(crate) use alarm::{Alarm, Callers};
 pub use alarm::{AlarmEvent, Reason, State};
 pub use channels::{ChannelFault, Dropped, MOVED_RATIO, SILENT_RATIO};
-pub(crate) use channels::{ChannelWatch, Hearing};
 pub use config::AlarmConfig;
 pub use fpk::{Fpk, LEAST_DAMPING, MEMORY_S};
 pub use fpk_histogram::{BINS, BINS_REACH, DecreasingFit, Histogram};
@@ -35,18 +32,23 @@ pub use fpk_verdict::{
     Amplitude, AmplitudeReading, LIMIT_SCINTILLATION, SUSPICIOUS_SCINTILLATION,
     critical_scintillation,
 };
-pub(crate) use harmonics::{Rotation, SPEED_ACCURACY};
-pub(crate) use level::{CUT_RATIO, IdleFinder};
 pub use mode::{Label, Mode};
-pub(crate) use mode::{ModeTrack, Reading, SAME_MODE};
-pub(crate) use onset::Onset;
 pub use origin::Origin;
-pub(crate) use places::{Places, Sight};
-pub(crate) use runaway::Runaway;
-pub(crate) use sequential::SequentialTest;
 pub use sequential::{DAMPED_RATIO, Evidence};
-pub(crate) use steady::Steadiness;
 pub use structure::{
     MAX_STRUCTURAL_MODES, ProcessDamping, STRUCTURE_SDS, STRUCTURE_WIDTH, StructuralMode,
     Structure, StructureError,
 };
+
+// What the monitor is made of.
+pub(crate) use agreement::{jointly_suspicious, partner, surer};
+pub(crate) use alarm::{Alarm, Callers};
+pub(crate) use channels::{ChannelWatch, Hearing};
+pub(crate) use harmonics::{Rotation, SPEED_ACCURACY};
+pub(crate) use level::{CUT_RATIO, IdleFinder};
+pub(crate) use mode::{ModeTrack, Reading, SAME_MODE};
+pub(crate) use onset::Onset;
+pub(crate) use places::{Places, Sight};
+pub(crate) use runaway::Runaway;
+pub(crate) use sequential::SequentialTest;
+pub(crate) use steady::Steadiness;
