@@ -192,10 +192,10 @@ fn judged(known: &Known, label: Label, heard: &Heard, of: &str) -> (String, Stri
             let (from, to) = known.segment("chatter");
             let right = |on: f64| (entry..to).contains(&on);
             let first = alarms.iter().find(|a| right(a.0));
-            let ms = first.map_or(f64::INFINITY, |a| 1e3 * (a.0 - from));
+            let ms = first.map_or(f64::NAN, |a| 1e3 * (a.0 - from));
             // The label is by ear, and the entry before it lasts a second.
             holds(&bar("onset, ms"), ms, -1000.0..=500.0);
-            onset = first.map_or("never".to_owned(), |_| format!("{ms:.0}"));
+            onset = format!("{ms:.0}");
             alarms.iter().filter(|a| !right(a.0)).count()
         }
         Label::Stable => alarms.len(),

@@ -355,20 +355,6 @@ pub const MISSED: &[Missed] = &[
         why: "the lines need a window and the sum of some more, and no idle was heard before the cut",
     },
     Missed {
-        bar: "recordings: onset, ms, chatter, nothing, (8,7)",
-        asked: -1000.0..=500.0,
-        got: f64::INFINITY..=f64::INFINITY,
-        test: "recordings_table::every_recording_of_machining",
-        why: "without a speed a line that only stands there may be one of the teeth: it is warned of, for 0.95 and more of its time",
-    },
-    Missed {
-        bar: "recordings: onset, ms, chatter, nothing, (6,5)",
-        asked: -1000.0..=500.0,
-        got: f64::INFINITY..=f64::INFINITY,
-        test: "recordings_table::every_recording_of_machining",
-        why: "without a speed a line that only stands there may be one of the teeth: it is warned of, for 0.95 and more of its time",
-    },
-    Missed {
         bar: "scenario: slotted-workpiece, call after the onset, s",
         asked: -0.7..=0.7,
         got: 0.705..=0.805,

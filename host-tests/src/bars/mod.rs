@@ -128,9 +128,7 @@ fn form_of(bar: &str) -> &str {
 /// A range as a reader wants it.
 fn said(range: &RangeInclusive<f64>) -> String {
     let (low, high) = (range.start(), range.end());
-    if low.is_infinite() {
-        "never".to_owned()
-    } else if low == high {
+    if low == high {
         format!("{low}")
     } else {
         format!("{low} to {high}")

@@ -11,7 +11,7 @@ use crate::visit::state;
 /// A level above this multiple of the idle level is a cut (6 dB).
 pub(crate) const CUT_RATIO: f64 = 2.0;
 /// Found idle counts only after a level this much above it has been seen (12 dB).
-pub(crate) const CONTRAST: f64 = 4.0;
+const CONTRAST: f64 = 4.0;
 /// Smoothing of the level that looks for the quietest stretch, s.
 const FLOOR_TAU_S: f64 = 0.1;
 /// The found idle level rises by a factor e in this time, so that a machine

@@ -29,6 +29,8 @@ const FREE: f64 = 0.1;
 /// before. Of five false alarms by modes (16 in all) two are left with 5 to 10 dB and three with 13 dB; no chatter is
 /// missed with any of them.
 const OF_THE_CUT: f64 = 0.1;
+/// A mode and a line whose frequencies differ by less than this part are one vibration.
+const SAME_LINE: f64 = 0.02;
 /// Bad samples end an alarm only after this time, s.
 const ALARM_HOLD_S: f64 = 1.0;
 /// From this time on the level has settled and is used, s.
@@ -188,8 +190,8 @@ impl<T: Real> Monitor<T> {
 
     /// Whether a mode may call an alarm. It must have lost its damping while the cut went on, or grow by its own
     /// damping (`runs_away`), or have grown where idle was not heard, so that levels over idle are not known. If the speed is
-    /// known, the verdict by lines must hold besides that the rotation does not make its line. If it is not known, a line that
-    /// only stands there may be one of the teeth: it is a warning.
+    /// known, the verdict by lines must hold besides that the rotation does not make its line. If it is not known, a mode may
+    /// also call at a line that would be called if the rotation did not make it.
     fn may_call(&self, mode: &Mode<T>, runs_away: bool) -> bool {
         if !self.hears_lines {
             return true;
@@ -197,7 +199,8 @@ impl<T: Real> Monitor<T> {
         let lost = mode.was_damped && self.sources.is_loud(T::from_f64(OF_THE_CUT));
         let grew = mode.grew && self.idle.idle_level().is_none();
         if !self.knows_speed() {
-            return lost || grew || runs_away;
+            let is_near = |hz: T| (hz - mode.frequency).abs() < hz * T::from_f64(SAME_LINE);
+            return lost || grew || runs_away || self.suspected_line(false).is_some_and(is_near);
         }
         let forced = self.sources.forced_at(mode.frequency);
         let is_free = forced.is_some_and(|forced| forced < T::from_f64(FREE));

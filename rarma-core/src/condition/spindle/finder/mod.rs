@@ -25,7 +25,7 @@ use peaks::{Peaks, peak_at};
 /// Complex points of the transform: 2048 samples.
 const HALF: usize = 1024;
 /// Samples a spectrum is made of.
-pub(crate) const FRAME: usize = 2 * HALF;
+const FRAME: usize = 2 * HALF;
 /// Work per call: butterflies, pairs of bins, bins looked at for a peak.
 const BUTTERFLIES: usize = 4;
 const PAIRS: usize = 4;
