@@ -241,13 +241,15 @@ impl Milling {
         for m in &self.modes {
             predicted.add(&m.shape, m.step.advance(m.state, m.load, m.load));
         }
-        let (force, _) = self.cut::<false>(&predicted, &now);
+        // The teeth of a rigid tool do not move, whatever the machine does.
+        let rigid = (self.config.contact == Contact::Rigid).then(Motion::default);
+        let (force, _) = self.cut::<false>(rigid.as_ref().unwrap_or(&predicted), &now);
         let mut motion = Motion::default();
         for m in &mut self.modes {
             m.state = m.step.advance(m.state, m.load, m.generalised(force));
             motion.add(&m.shape, m.state);
         }
-        let (force, chip) = self.cut::<true>(&motion, &now);
+        let (force, chip) = self.cut::<true>(rigid.as_ref().unwrap_or(&motion), &now);
         let mut acceleration = [0.0; 2];
         let mut sensor = [[0.0; 2]; 3];
         for m in &mut self.modes {
@@ -362,7 +364,6 @@ impl Milling {
     fn cut<const WRITE: bool>(&mut self, m: &Motion, now: &Now) -> ([f64; 3], f64) {
         let count = self.cells.len();
         let linear = self.config.contact == Contact::Linear;
-        let forgets = self.config.contact == Contact::NoMemory;
         let radius = 0.5 * self.config.diameter_m;
         let x = m.q[0] + now.feed - self.feed_ahead * m.turn;
         let mut force = [now.background[0], now.background[1], 0.0];
@@ -378,9 +379,7 @@ impl Milling {
                 }
                 let tip = x * cell.sin + m.q[1] * cell.cos + runout;
                 let h = tip - row[place];
-                if WRITE && forgets {
-                    row[place] = row[place].max(now.feed * cell.sin + runout);
-                } else if WRITE && (h > 0.0 || linear) {
+                if WRITE && (h > 0.0 || linear) {
                     row[place] = tip;
                 }
                 if b <= 0.0 || (h <= 0.0 && !linear) {

@@ -19,10 +19,10 @@ pub enum Contact {
     /// surface: the linear delay equation behind the stability limit. For
     /// stability studies only; no edge force acts.
     Linear,
-    /// The tooth leaves the material as it does in [`Contact::Real`], but every pass
-    /// leaves the surface of a rigid tool: the same forces without regeneration. What a
-    /// cut does beyond it is self-excited.
-    NoMemory,
+    /// The forces of a rigid tool: the machine is driven by them, but its motion changes
+    /// no chip. This is forced vibration by its definition, and it cannot grow by itself;
+    /// what a cut does beyond it is fed back.
+    Rigid,
 }
 
 /// A quantity over time, piecewise linear and not negative: axial depth (milling),

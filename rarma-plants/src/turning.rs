@@ -195,16 +195,20 @@ impl Turning {
             Some(_) => self.config.feed_m * self.index as f64 / self.surface.len() as f64,
             None => self.config.feed_m * self.config.spindle_hz * t,
         };
+        // A rigid tool is where the feed has brought it, whatever the machine does.
+        let moves = match self.config.contact {
+            Contact::Rigid => 0.0,
+            Contact::Real | Contact::Linear => 1.0,
+        };
         let (q, v) = self.bank.peek(self.force, self.force);
-        let (force, _) = self.cut(q + feed, v, cell, width, &noise);
+        let (force, _) = self.cut(moves * q + feed, moves * v, cell, width, &noise);
         let (q, v) = self.bank.step(self.force, force);
-        let (force, chip) = self.cut(q + feed, v, cell, width, &noise);
+        let tip = moves * q + feed;
+        let (force, chip) = self.cut(tip, moves * v, cell, width, &noise);
         self.force = force;
-        let tip = q + feed;
         match self.config.contact {
-            Contact::NoMemory => self.surface[cell] = feed,
             Contact::Linear => self.surface[cell] = tip,
-            Contact::Real => self.surface[cell] = self.surface[cell].max(tip),
+            Contact::Real | Contact::Rigid => self.surface[cell] = self.surface[cell].max(tip),
         }
         TurnSample {
             t,

@@ -1,8 +1,8 @@
 //! A cut as it is recorded, and when its chatter can be heard.
 //!
-//! The same cut is played twice: as it is, and with every tooth meeting the surface that a
-//! rigid tool would have left ([`Contact::NoMemory`]). What differs, and does not repeat
-//! from turn to turn, is what regeneration feeds. Its part of the power in the band says
+//! The same cut is played twice: as it is, and driven by the forces of a rigid tool
+//! ([`Contact::Rigid`]), which is forced vibration and nothing else. What differs, and does
+//! not repeat from turn to turn, is fed by the cut. Its part of the power in the band says
 //! when chatter can be heard: no detector and no spectrum is asked.
 
 use super::play::{Motion, borders_s, play};
@@ -40,7 +40,7 @@ pub struct Heard {
     pub samples: Vec<f32>,
     /// When chatter can be heard, from and to, s.
     pub chatter_s: Vec<(f64, f64)>,
-    /// Lowest and highest frequency of the strongest line of what regeneration adds
+    /// Lowest and highest frequency of the strongest line of what the cut feeds
     /// while it can be heard, Hz: as recorded, folded where the sampler folds.
     pub chatter_hz: Option<(f64, f64)>,
 }
@@ -87,11 +87,13 @@ pub(super) fn hear(cut: &Cut) -> Result<Heard, PlantError> {
         Ok(motion.sound(&listens, length_s)?.split_off(skipped))
     };
     let actual = play(&process, Contact::Real, &listens, length_s)?;
-    let without = play(&process, Contact::NoMemory, &listens, length_s)?;
+    let rigid = play(&process, Contact::Rigid, &listens, length_s)?;
+    let borders_s = borders_s(&process);
     let mut all = sound(&actual)?;
-    let forced = sound(&without)?;
-    let beyond = actual.beyond(&without);
-    drop(without);
+    let forced = sound(&rigid)?;
+    let own = sound(&actual.clone().free(&borders_s))?;
+    let beyond = actual.beyond(&rigid);
+    drop(rigid);
     // What a sampler folds is in the recording, too.
     let recorded =
         |x: &mut dyn Iterator<Item = f64>| in_band(sensor.fs_hz, &mut x.step_by(sensor.folds));
@@ -104,21 +106,33 @@ pub(super) fn hear(cut: &Cut) -> Result<Heard, PlantError> {
         .fold((0.0, 0), |(s, n), (_, p)| (s + p, n + 1));
     let reference = (sum / f64::from(count.max(1))).sqrt();
     drop(forced);
+    let there = recorded(&mut all.iter().copied());
     let added = recorded(&mut sound(&beyond)?.into_iter());
-    let free = if planned.on_multiple {
-        added.clone()
+    let (free, own) = if planned.on_multiple {
+        (added.clone(), there.clone())
     } else {
-        recorded(&mut sound(&beyond.free(&borders_s(&process)))?.into_iter())
+        (
+            recorded(&mut sound(&beyond.free(&borders_s))?.into_iter()),
+            recorded(&mut own.into_iter()),
+        )
     };
     cut.room.add_to(&mut all, sensor.inner_hz(), reference);
     let heard = powers(&recorded(&mut all.iter().copied()));
     // What is not there at all is no more free than what repeats: in the first turns of a
-    // cut the mean is not yet that of what is there.
+    // cut the mean is not yet that of what is there. And no more than the cut itself holds,
+    // free or not: where it swings less than a rigid tool would make it, nothing is fed.
+    let fed = [powers(&free), powers(&own), powers(&there)];
     let shares: Vec<f64> = powers(&added)
         .iter()
-        .zip(powers(&free))
         .zip(&heard)
-        .map(|((added, free), heard)| added.min(free) / heard.max(f64::MIN_POSITIVE))
+        .enumerate()
+        .map(|(k, (added, heard))| {
+            let least = fed
+                .iter()
+                .filter_map(|p| p.get(k))
+                .fold(*added, |a, b| a.min(*b));
+            least / heard.max(f64::MIN_POSITIVE)
+        })
         .collect();
     let all: Vec<f64> = all.into_iter().step_by(sensor.folds).collect();
     let mut converter = Converter::new(

@@ -4,7 +4,7 @@
 //! Verdicts are judged on it, never made with it: rules are tuned on some seeds and
 //! published on others. The truth has three parts, none of which asks a detector:
 //! *state* of the cut over time, by the root of its delay equation ([`state`]); *when
-//! chatter can be heard*, by playing the cut with and without its regeneration
+//! chatter can be heard*, by playing the cut beside the forces of a rigid tool
 //! ([`heard`]); *what else there is* ([`room`], [`sensor`]). The ranges are in [`ranges`].
 //!
 //! Slow path: one cut takes tenths of a second.

@@ -1,8 +1,8 @@
-//! The machine of a cut at work, with and without regeneration, step by step; and what
-//! of the difference is free of the rotation.
+//! The machine of a cut at work, with its own forces and with those of a rigid tool, step by
+//! step; and what of the difference is free of the rotation.
 //!
-//! Regeneration does two things: it changes the lines that the rotation forces, and it
-//! feeds a vibration of its own. Only the second is chatter. What repeats from turn to
+//! A chip that follows the motion does two things: it changes the lines that the rotation
+//! forces, and it feeds a vibration of its own. Only the second is chatter. What repeats from turn to
 //! turn is the first: its mean over turns is taken out, cell by cell of the turn.
 
 use crate::PlantError;
@@ -20,6 +20,7 @@ const TIME_S: f64 = 0.2;
 const LEAST_TURNS: usize = 3;
 
 /// What a sensor at the machine feels, step by step.
+#[derive(Clone)]
 pub(super) struct Motion {
     /// Steps in a turn.
     per_turn: usize,

@@ -157,7 +157,7 @@ pub const ENCLOSURE: (f64, Span, Span, Span) = (
 /// Distance of the sensor, m; 0 is an accelerometer.
 pub const DISTANCE_M: Span = Span::even(0.1, 1.5);
 
-// What else is to be heard. Levels in dB over the cut without its regeneration.
+// What else is to be heard. Levels in dB over the forced vibration of the cut.
 
 /// White noise, dB.
 pub const NOISE_DB: Span = Span::even(-50.0, -10.0);

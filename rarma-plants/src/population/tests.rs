@@ -120,10 +120,9 @@ fn a_loud_tone_that_comes_with_the_cut_is_undecidable_and_one_heard_before_is_no
     assert!(!with(entry, -3.0, 700.0), "heard in air");
 }
 
-/// What is free of the rotation, played without memory twice, is nothing; and a stable cut
-/// has no chatter, however much its forced lines are changed by regeneration.
+/// A stable cut has no chatter, however much its forced lines are changed by regeneration.
 #[test]
-fn without_regeneration_and_in_stable_cuts_there_is_no_chatter() {
+fn in_stable_cuts_there_is_no_chatter() {
     let mut quiet = 0;
     for seed in 0..24 {
         let cut = Cut::draw(seed).expect("drawn");
@@ -244,9 +243,39 @@ fn chatter_is_heard_in_unstable_cuts_only_and_mostly_there() {
     );
 }
 
-/// Without memory there is nothing to chatter: q = -K·b·f/(k + K·b), however deep.
+/// Modes of these machines feed each other, so that they swing up without any regeneration: a
+/// tool that met a rigid tool's surface at every pass swung 1800 to 10¹⁰ times as hard in power as in the
+/// cut itself, and chatter was said where nothing could be heard. The forces of a rigid tool
+/// make nothing grow.
 #[test]
-fn without_memory_a_turned_cut_far_beyond_its_limit_stands_still() {
+fn forced_vibration_does_not_grow_where_modes_feed_each_other() {
+    for seed in [20022, 20034, 20122, 20423, 20466] {
+        let cut = Cut::draw(seed).expect("drawn");
+        let length_s = cut.planned.lead_s + cut.planned.length_s;
+        let power = |contact| {
+            let mut process = cut.process().clone();
+            match &mut process {
+                Process::Milling(c) => c.contact = contact,
+                Process::Turning(c) => c.contact = contact,
+            }
+            let mut machine = Machine::new(&process).expect("valid");
+            let mut sum = 0.0;
+            loop {
+                let sample = machine.step();
+                sum += sample.sensor[1].iter().map(|v| v * v).sum::<f64>();
+                if sample.t >= length_s {
+                    return sum;
+                }
+            }
+        };
+        let ratio = power(Contact::Rigid) / power(Contact::Real);
+        assert!((1e-6..10.0).contains(&ratio), "seed {seed}: {ratio}");
+    }
+}
+
+/// A rigid tool's force only bends the machine: q = -K·b·f/k, however deep.
+#[test]
+fn driven_by_a_rigid_tool_a_turned_cut_far_beyond_its_limit_stands_still() {
     let mut process = None;
     for seed in 0..400 {
         let cut = Cut::draw(seed).expect("drawn");
@@ -258,13 +287,13 @@ fn without_memory_a_turned_cut_far_beyond_its_limit_stands_still() {
         }
     }
     let mut c = process.expect("one lathe with one mode in 400 cuts");
-    c.contact = Contact::NoMemory;
+    c.contact = Contact::Rigid;
     c.noise = ForceNoise::default();
     c.edge_n_per_m = 0.0;
     let depth_m = 3.0 * c.width.largest();
     c.width = Schedule::constant(depth_m);
     let stiffness = c.ks_n_per_m2 * depth_m;
-    let want = -stiffness * c.feed_m / (c.modes[0].stiffness_n_per_m + stiffness);
+    let want = -stiffness * c.feed_m / c.modes[0].stiffness_n_per_m;
     let settle_s = 12.0 / (c.modes[0].zeta * c.modes[0].omega());
     let mut lathe = Turning::new(*c).expect("valid");
     let mut last = lathe.step();
