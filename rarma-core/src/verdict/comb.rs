@@ -2,13 +2,15 @@
 //! speed, and nobody has told.
 //!
 //! Chatter that begins takes a large share, but the rotation's lines stay where they are. When
-//! the speed changes they go, all of them, and the cut is as loud as before.
+//! the speed changes they go, all of them, and the cut is as loud as before: what is much louder
+//! was not there, and a line of it that glides as it grows is no rotation that is turned.
 
 use super::HOP_S;
 use crate::real::Real;
 use crate::visit::state;
 
-/// The lines have gone where they hold less than this part of the power they held.
+/// The lines have gone where they hold less than this part of the power they held. The cut is as
+/// loud as before within this, and its inverse.
 const GONE: f64 = 0.4;
 /// The same for what the spectrum holds at the multiples of the speed, explained or not.
 const EMPTY: f64 = 0.3;
@@ -67,7 +69,9 @@ impl<T: Real> Comb<T> {
     /// Takes a window; whether the lines have just gone.
     pub(super) fn leaves(&mut self, now: &Powers<T>) -> bool {
         let was_settling = self.is_settling();
-        if now.gliding > T::from_f64(TURNING) * now.total {
+        let gone = T::from_f64(GONE);
+        let louder = now.total * gone > self.total;
+        if now.gliding > T::from_f64(TURNING) * now.total && !louder {
             self.gone = 0;
             self.settling_s = T::from_f64(SETTLING_S);
             return !was_settling;
@@ -81,7 +85,6 @@ impl<T: Real> Comb<T> {
             }
             return false;
         }
-        let gone = T::from_f64(GONE);
         let empty = now
             .at_multiples
             .is_some_and(|p| p < T::from_f64(EMPTY) * self.at_multiples);
@@ -144,6 +147,20 @@ mod tests {
         // Ten times as loud; the rotation's lines stay, though few of them are seen.
         assert!(!heard(&mut cutting(), 0.2, 1.0, 13.0));
         assert!(!heard(&mut cutting(), 0.01, 0.01, 0.02));
+    }
+
+    #[test]
+    fn lines_that_glide_are_a_speed_that_is_turned_but_not_what_grows() {
+        let gliding = |total: f64| {
+            cutting().leaves(&Powers {
+                explained: 1.0,
+                at_multiples: Some(1.1),
+                total,
+                gliding: 0.8 * total,
+            })
+        };
+        assert!(gliding(1.3) && gliding(2.0));
+        assert!(!gliding(13.0));
     }
 
     #[test]
