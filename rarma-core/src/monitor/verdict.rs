@@ -169,8 +169,11 @@ impl<T: Real> Monitor<T> {
             }
             self.heard_speed = true;
         } else if let Some(hz) = self.spindle.by_setting().filter(|_| self.heard_speed) {
-            // The sound contradicted the speed that was told, and no longer does.
-            self.sources.tell_speed(hz);
+            // The sound contradicted the speed that was told, and no longer does. Lines that a turned speed shares
+            // with the told one make it look so, while the belief may have followed the turn.
+            if !self.sources.explains_most() {
+                self.sources.tell_speed(hz);
+            }
             self.heard_speed = false;
         }
     }

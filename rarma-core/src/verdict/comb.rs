@@ -20,6 +20,8 @@ const MEMORY_S: f64 = 1.0;
 const WINDOWS: u8 = 2;
 /// The speed is being turned where lines that glide hold this part of the power.
 const TURNING: f64 = 0.5;
+/// The rotation explains most of the sound where it holds more than this part of the band's power.
+const MOST: f64 = 0.5;
 /// While the new speed is looked for nothing is called, s.
 const SETTLING_S: f64 = 1.0;
 
@@ -64,6 +66,11 @@ impl<T: Real> Comb<T> {
     /// The speed is looked for anew.
     pub(super) fn is_settling(&self) -> bool {
         self.settling_s > T::ZERO
+    }
+
+    /// The rotation, as believed, explains most of what was heard of late.
+    pub(super) fn explains_most(&self) -> bool {
+        self.explained > T::from_f64(MOST) * self.total
     }
 
     /// Takes a window; whether the lines have just gone.

@@ -291,6 +291,11 @@ impl<T: Real> Verdict<T> {
         self.is_told && self.belief.reaches(spindle_hz)
     }
 
+    /// The speed that is believed in explains most of the sound.
+    pub(crate) fn explains_most(&self) -> bool {
+        self.is_told && self.comb.explains_most()
+    }
+
     /// The belief, where somebody has told a speed.
     fn belief(&self) -> Option<&Belief<T>> {
         self.is_told.then_some(&self.belief)
