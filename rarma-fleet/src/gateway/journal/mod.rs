@@ -19,6 +19,7 @@ mod room;
 pub(crate) use opening::{APPLICATION, VERSION};
 use room::{Changed, delete_oldest, make_room};
 use rusqlite::{Connection, ErrorCode, OptionalExtension, Transaction, params};
+use std::fmt::Display;
 use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -339,8 +340,16 @@ fn told(path: &Path, why: &rusqlite::Error) -> JournalError {
         Some(ErrorCode::DiskFull) => JournalError::Full { file },
         Some(ErrorCode::SystemIoFailure) if no_room(path) => JournalError::Full { file },
         Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => JournalError::InUse { file },
-        _ => other(path, &why.to_string()),
+        _ => other(path, &said(why)),
     }
+}
+
+/// What SQLite says, on one line: it quotes statements that stand in the file, damaged ones too.
+fn said(what: &impl Display) -> String {
+    let text = what.to_string();
+    let words = text.split(|c: char| c.is_control() || c == ' ');
+    let words: Vec<_> = words.filter(|word| !word.is_empty()).collect();
+    words.join(" ")
 }
 
 /// Whether a small file beside the journal cannot be written for want of room. A file of that name that is

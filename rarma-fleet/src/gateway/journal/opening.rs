@@ -1,6 +1,6 @@
 //! A journal is opened, made, or saved from a damaged file.
 
-use super::{Entry, Journal, JournalError, Limits, crc_of, number, other, told};
+use super::{Entry, Journal, JournalError, Limits, crc_of, number, other, said, told};
 use rusqlite::{Connection, ErrorCode, OptionalExtension};
 use std::path::{Path, PathBuf};
 
@@ -68,7 +68,7 @@ impl Journal {
         } else {
             let check: String = base.query_row("PRAGMA quick_check(1)", [], |row| row.get(0))?;
             if check != "ok" {
-                return Err(Attempt::Broken(check.replace('\n', ", ")));
+                return Err(Attempt::Broken(said(&check)));
             }
         }
         let mut journal = Self {
@@ -190,7 +190,7 @@ enum Attempt {
 impl From<rusqlite::Error> for Attempt {
     fn from(why: rusqlite::Error) -> Self {
         match why.sqlite_error_code() {
-            Some(ErrorCode::DatabaseCorrupt) => Self::Broken(why.to_string()),
+            Some(ErrorCode::DatabaseCorrupt) => Self::Broken(said(&why)),
             Some(ErrorCode::NotADatabase) => Self::Foreign("no SQLite file".to_owned()),
             _ => Self::Sqlite(why),
         }
