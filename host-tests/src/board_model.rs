@@ -19,6 +19,10 @@ pub const SESSION: u32 = 0x5E55_0001;
 /// The turn of nobody.
 pub const NOBODYS: u32 = SESSION + 1;
 const OURS: u32 = SESSION + 2;
+/// Where the image for the NUCLEO-G474RE has its settings (firmware/memory/nucleo-g474re.x).
+pub const SETTINGS_AT: u32 = 0x0807_8000;
+/// How many bytes.
+pub const SETTINGS_BYTES: usize = 0x8000;
 /// The number of the host itself.
 const HOST: u32 = 7;
 

@@ -2,14 +2,19 @@
 //! what the unmodified image executes on the model of its chip, laid out in time
 //! (`xtask::chip::schedule`). The tables stand in docs/flash.md; `RARMA_WRITE_TABLE=1` writes them.
 
+use embedded_storage::nor_flash::ReadNorFlash;
+use firmware::store::Store;
+use hal_sim::rig::{SECTOR, SimFlash};
 use host_tests::bars::{all_judged, holds};
-use host_tests::board_model::{Host, NOBODYS, Seen, made_by_another_compiler, run};
+use host_tests::board_model::{
+    Host, NOBODYS, SETTINGS_AT, SETTINGS_BYTES, Seen, made_by_another_compiler, run,
+};
 use host_tests::cers_rig::JOB;
 use host_tests::page;
 use rarma_box::guard::Mode;
 use rarma_box::settings::{
     CERS_GAIN_XM, CERS_GAIN_XP, CERS_GAIN_YM, CERS_GAIN_YP, CERS_ORDER, MONITOR_THRESHOLD,
-    SettingValue,
+    SettingValue, Settings, find,
 };
 use rarma_box::wire::{Answer, Command as Word, ExcitationMessage, Telemetry};
 use rarma_rigs::cers::{ExcitationJob, Signal};
@@ -117,23 +122,65 @@ fn the_loop_breaks_into_listening() {
     page::nearly_holds("docs/flash.md", "board-loop", &table);
 }
 
-/// LDBB armed; commands and settings that are saved while it listens.
-fn on_the_link() -> Option<[(&'static str, Seen); 2]> {
+/// What stands in the flash of a box whose settings have been saved so often that both halves of the store are
+/// full, and the next save of one that was never saved has to erase a page.
+fn much_used() -> Vec<u8> {
+    let mut flash = SimFlash::new(SETTINGS_BYTES / SECTOR, 1);
+    let range = flash.range();
+    let mut store = Store::default();
+    let saved = |store: &mut Store, flash: &mut SimFlash, setting, n: u32| {
+        let (_, setting) = find(setting).expect("in the table");
+        let value = SettingValue::Real(2e-7 + 1e-10 * n as f32);
+        store
+            .write(flash, range.clone(), setting, Some(value))
+            .expect("room");
+    };
+    for n in 0..10_000 {
+        saved(&mut store, &mut flash, CERS_GAIN_XP.number(), n);
+        if flash.wear().contains(&0) {
+            continue;
+        }
+        // What the box will find itself doing.
+        let mut next = flash.clone();
+        let (mut started, _) = Store::load(&mut next, range.clone(), &mut Settings::default());
+        let before: u32 = next.wear().iter().sum();
+        saved(&mut started, &mut next, MONITOR_THRESHOLD.number(), 0);
+        if next.wear().iter().sum::<u32>() > before {
+            let mut bytes = vec![0; SETTINGS_BYTES];
+            flash.read(0, &mut bytes).expect("inside");
+            return bytes;
+        }
+    }
+    panic!("no page is ever erased");
+}
+
+/// LDBB armed; commands and settings that are saved while it listens, the first ones and in a store that is full.
+fn on_the_link() -> Option<[(&'static str, Seen); 3]> {
     let mut bar = Host::default();
     bar.steps = vec![json!([0.0, "PA6", 1]), json!([0.0, "PC8", 1])];
     bar.say(0.015, Word::Take { turn: NOBODYS });
     bar.say(0.02, Word::Start(Mode::Ldbb));
     bar.say(0.025, Word::Heartbeat);
     bar.say(0.03, Word::Arm);
-    let mut box_ = Host::default();
-    box_.say(0.015, Word::Take { turn: NOBODYS });
-    for (n, at) in [0.105, 0.205].into_iter().enumerate() {
-        let setting = MONITOR_THRESHOLD.number();
-        let value = SettingValue::Real(0.011 + 0.001 * n as f32);
-        box_.say(at, Word::Set { setting, value });
-        box_.say(at + 0.002, Word::Save { setting });
-        box_.say(at + 0.004, Word::Status);
-    }
+    let saving = || {
+        let mut box_ = Host::default();
+        box_.say(0.015, Word::Take { turn: NOBODYS });
+        for (n, at) in [0.105, 0.205].into_iter().enumerate() {
+            let setting = MONITOR_THRESHOLD.number();
+            let value = SettingValue::Real(0.011 + 0.001 * n as f32);
+            box_.say(at, Word::Set { setting, value });
+            box_.say(at + 0.002, Word::Save { setting });
+            box_.say(at + 0.004, Word::Status);
+        }
+        box_
+    };
+    let mut used = saving();
+    let hex: String = much_used()
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    used.steps
+        .insert(0, json!([0.0, "flash-holds", [SETTINGS_AT, hex]]));
     let of = |name, host: Host, from: &str, end: f64| {
         let options = ["--bridge-every", "48", "--count-from", from];
         run(name, end, &sound(end), &json!(host.steps), &options)
@@ -142,7 +189,11 @@ fn on_the_link() -> Option<[(&'static str, Seen); 2]> {
         ("LDBB, armed", of("ldbb", bar, "0.015", 0.1)?),
         (
             "a setting set, saved, status asked",
-            of("saved", box_, "0.1", 0.25)?,
+            of("saved", saving(), "0.1", 0.25)?,
+        ),
+        (
+            "the same where the store is full: a page is erased",
+            of("used", used, "0.1", 0.25)?,
         ),
     ])
 }
@@ -170,7 +221,7 @@ fn passes_of_the_main_loop_are_short() {
         // The model's own time has the flash's, not the instructions': at the watchdog's shortest.
         assert!(unfed_ms + 1e-3 * us(longest.pass) < 94.0, "{name}");
     }
-    let [armed_ms, saved_ms] = passes_ms[..] else {
+    let [armed_ms, saved_ms, used_ms] = passes_ms[..] else {
         unreachable!("one for each");
     };
     // The deadline of a duty.
@@ -183,10 +234,15 @@ fn passes_of_the_main_loop_are_short() {
     holds(
         "board passes: a setting is saved, ms",
         saved_ms,
+        deadline_ms.clone(),
+    );
+    holds(
+        "board passes: a setting is saved in a full store, ms",
+        used_ms,
         deadline_ms,
     );
     all_judged("board passes");
-    let [(_, bar), (_, saved)] = &all;
+    let [(_, bar), saved @ ..] = &all;
     let done = |(_, m): &&(_, Telemetry)| matches!(m, Telemetry::Reply(reply) if reply.answer == Answer::Done);
     // Taken, started, alive, armed.
     assert_eq!(
@@ -199,12 +255,10 @@ fn passes_of_the_main_loop_are_short() {
         matches!(m, Telemetry::Reply(reply)
             if matches!(reply.answer, Answer::Setting(s) if s.stored == Some(s.value)))
     };
-    assert_eq!(
-        saved.frames.iter().filter(kept).count(),
-        2,
-        "{:?}",
-        saved.frames
-    );
+    for (name, saved) in saved {
+        let kept = saved.frames.iter().filter(kept).count();
+        assert_eq!(kept, 2, "{name}: {:?}", saved.frames);
+    }
     println!("{table}");
     page::nearly_holds("docs/flash.md", "board-passes", &table);
 }

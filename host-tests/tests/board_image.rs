@@ -4,7 +4,7 @@
 
 use firmware::boards::nucleo_g474re::scaling;
 use firmware::monitor::MonitorDuty;
-use host_tests::board_model::{Host, SESSION, Seen, run};
+use host_tests::board_model::{Host, SESSION, SETTINGS_AT, SETTINGS_BYTES, Seen, run};
 use rarma_box::guard::{FaultCode, Severity};
 use rarma_box::settings::Settings;
 use rarma_box::wire::{FaultMessage, Head, Identity, Started, Telemetry};
@@ -211,13 +211,15 @@ fn spikes_break_nothing() {
 /// takes 24.5 ms, and the watchdog waits 94 ms at the worst (its oscillator at 34 kHz).
 #[test]
 fn spoilt_settings_do_not_outlast_the_watchdog() {
-    const SETTINGS_AT: u32 = 0x0807_8000;
     let mut seed = 1u32;
-    let garbage = (0..0x8000).map(|_| {
+    let garbage = (0..SETTINGS_BYTES).map(|_| {
         seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         (seed >> 24) as u8
     });
-    let all: [(&str, Vec<u8>); 2] = [("garbage", garbage.collect()), ("zeros", vec![0; 0x8000])];
+    let all: [(&str, Vec<u8>); 2] = [
+        ("garbage", garbage.collect()),
+        ("zeros", vec![0; SETTINGS_BYTES]),
+    ];
     for (name, bytes) in all {
         let hex: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
         let steps = json!([[0.0, "flash-holds", [SETTINGS_AT, hex]]]);

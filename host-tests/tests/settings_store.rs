@@ -278,6 +278,45 @@ fn numbers_of_another_firmware_and_long_values_are_kept() {
     }
 }
 
+/// Thirty settings of a later firmware, then so many saves that both halves are full: what a start and a save take
+/// is counted in reads of the flash. One, and what is done with it, takes the board some 600 cycles of 163.2 MHz; the watchdog waits 94 ms
+/// at the worst and is fed between the steps of a start, of which there are three and more; the samples' ring lasts
+/// 43 ms, of which an erase takes 24.5.
+#[test]
+fn numbers_of_another_firmware_hold_up_neither_a_start_nor_a_save() {
+    const READ_S: f64 = 600.0 / 163.2e6;
+    let mut rng = ChaCha8Rng::seed_from_u64(6);
+    let (mut flash, _) = used(16, 0, &mut rng);
+    let range = flash.range();
+    let (mut store, ..) = load(&mut flash);
+    for number in 9000..9030 {
+        let kept = store.put(&mut flash, range.clone(), number, &[1; 6]);
+        assert_eq!(kept, Ok(Kept::Twice));
+    }
+    let (mut longest_start_s, mut longest_save_s) = (0.0_f64, 0.0_f64);
+    for round in 0..3000 {
+        let setting = SETTINGS.choose(&mut rng).expect("some");
+        let value = any_value(setting, &mut rng);
+        let before = flash.reads();
+        let kept = store.write(&mut flash, range.clone(), setting, Some(value));
+        assert_eq!(kept, Ok(Kept::Twice));
+        longest_save_s = longest_save_s.max((flash.reads() - before) as f64 * READ_S);
+        if round % 100 == 0 {
+            let before = flash.reads();
+            store = load(&mut flash).0;
+            longest_start_s = longest_start_s.max((flash.reads() - before) as f64 * READ_S);
+        }
+    }
+    println!("a start {longest_start_s:.4} s, a save {longest_save_s:.4} s");
+    assert!(flash.wear().iter().all(|erases| *erases > 0));
+    assert!(longest_start_s < 2.0 * 0.094, "{longest_start_s} s");
+    assert!(longest_save_s < 0.043 - 0.0245, "{longest_save_s} s");
+    for number in 9000..9030 {
+        let value = store.get(&mut flash, range.clone(), number);
+        assert_eq!(value.as_deref(), Some(&[1; 6][..]), "{number}");
+    }
+}
+
 #[test]
 fn outdated_and_nonsense_records_leave_the_rest() {
     let mut flash = SimFlash::default();

@@ -34,11 +34,7 @@ impl<F: NorFlash> Both<'_, F> {
         } else {
             (second, other)
         };
-        Half {
-            range: range.clone(),
-            flash: &mut *self.flash,
-            gap,
-        }
+        Half::new(&mut *self.flash, range.clone(), gap)
     }
 
     pub fn indices(&mut self) -> [Index; 2] {
@@ -47,11 +43,11 @@ impl<F: NorFlash> Both<'_, F> {
 
     /// The newest record of a number.
     pub fn newest(&mut self, number: u16) -> Option<Record> {
-        let first = self.half(0).search(number);
-        let second = self.half(1).search(number);
-        let records = [first, second].into_iter().flatten();
-        let newest = records.max_by_key(|(_, record)| record.claim.order);
-        newest.map(|(_, record)| record)
+        let first = self.half(0).search(number).map(|found| (0, found));
+        let second = self.half(1).search(number).map(|found| (1, found));
+        let found = [first, second].into_iter().flatten();
+        let (which, (at, _)) = found.max_by_key(|(_, (_, claim))| claim.order)?;
+        self.half(which).reread(at)
     }
 
     /// Copies what one half has and the other lacks. True if there was such a thing and every
@@ -59,7 +55,7 @@ impl<F: NorFlash> Both<'_, F> {
     pub fn level(&mut self, [first, second]: &[Index; 2], loaded: &mut Loaded) -> bool {
         let mut differed = false;
         let mut refuses = false;
-        for (place, orders) in first.order.into_iter().zip(second.order).enumerate() {
+        for (place, orders) in first.orders().zip(second.orders()).enumerate() {
             let (from, index) = match orders {
                 (a, b) if a == b => continue,
                 (a, b) if a > b => (0, first),
@@ -85,24 +81,34 @@ impl<F: NorFlash> Both<'_, F> {
     /// The same for numbers that no setting has: a later firmware's, to be kept.
     pub fn level_foreign(&mut self) {
         for from in [0, 1] {
+            let [first, second] = self.indices();
+            let (index, mut other) = if from == 0 {
+                (first, second)
+            } else {
+                (second, first)
+            };
             let (mut at, end) = (self.half(from).range.start, self.half(from).range.end);
-            while at < end {
-                let found = self.half(from).look(at);
-                let this = at;
-                at += found.size();
-                let Found::Record(record) = found else {
+            while let Some((this, found)) = self.half(from).next(at, end) {
+                at = this + found.size();
+                let Found::Record(claim) = found else {
                     continue;
                 };
-                let number = record.claim.number;
+                let number = claim.number;
                 if number == PAGE || place_of(number).is_some() {
                     continue;
                 }
-                let newest = self.half(from).search(number);
-                let there = self.half(1 - from).search(number);
-                let lacks = there.is_none_or(|(_, r)| r.claim.order < record.claim.order);
-                if lacks && newest.is_some_and(|(newest, _)| newest == this) {
-                    // It stands once then, as before.
-                    let _ = self.half(1 - from).append(&record, 0);
+                let newest = self.half(from).find(&index, number);
+                let there = self.half(1 - from).find(&other, number);
+                let lacks = there.is_none_or(|(_, order)| order < claim.order);
+                if lacks
+                    && newest.is_some_and(|(newest, _)| newest == this)
+                    && let Some(record) = self.half(from).reread(this)
+                {
+                    let mut half = self.half(1 - from);
+                    // If that fails it stands once, as before.
+                    if let Ok(at) = half.append(&record, 0) {
+                        half.note(&mut other, at, claim);
+                    }
                 }
             }
         }
@@ -121,16 +127,10 @@ impl<F: NorFlash> Both<'_, F> {
             let (mut holds, mut stands) = (false, true);
             while at < end
                 && stands
-                && let Some((there, record)) = self.half(which).next_needed(index, at)
+                && let Some((there, claim)) = self.half(which).next_needed(index, at)
             {
-                let claim = record.claim;
-                let order = match place_of(claim.number) {
-                    Some(place) => other.order.get(place).copied(),
-                    None => {
-                        let found = self.half(1 - which).search(claim.number);
-                        found.map(|(_, record)| record.claim.order)
-                    }
-                };
+                let found = self.half(1 - which).find(other, claim.number);
+                let order = found.map(|(_, order)| order);
                 (holds, stands) = (true, order >= Some(claim.order));
                 at = there + claim.size() as u32;
             }
@@ -145,17 +145,16 @@ impl<F: NorFlash> Both<'_, F> {
     fn holds(&mut self, which: usize, is: impl Fn(Claim, bool) -> bool) -> bool {
         let mut half = self.half(which);
         let (mut at, end) = (half.range.start, half.range.end);
-        while at < end {
-            let found = half.look(at);
+        while let Some((there, found)) = half.next(at, end) {
             let hit = match found {
                 Found::Blank => false,
                 Found::Garbage(word) => Claim::of(word).is_some_and(|claim| is(claim, false)),
-                Found::Record(record) => is(record.claim, true),
+                Found::Record(claim) => is(claim, true),
             };
             if hit {
                 return true;
             }
-            at += found.size();
+            at = there + found.size();
         }
         false
     }
@@ -168,9 +167,8 @@ impl<F: NorFlash> Both<'_, F> {
         let top = first.top.order.max(second.top.order);
         for which in [0, 1] {
             let (mut at, end) = (self.half(which).range.start, self.half(which).range.end);
-            while at < end {
-                let found = self.half(which).look(at);
-                at += found.size();
+            while let Some((there, found)) = self.half(which).next(at, end) {
+                at = there + found.size();
                 let Found::Garbage(word) = found else {
                     continue;
                 };
@@ -180,8 +178,7 @@ impl<F: NorFlash> Both<'_, F> {
                 let Some(place) = place_of(claim.number) else {
                     continue;
                 };
-                let best = |index: &Index| index.order.get(place).copied().unwrap_or(0);
-                let best = best(first).max(best(second));
+                let best = first.order(place).max(second.order(place));
                 if claim.order <= best {
                     continue;
                 }

@@ -161,13 +161,9 @@ pub(super) fn take_over<F: NorFlash>(flash: &mut F, range: Range<u32>) -> Result
     let mut known = [0; COUNT];
     let (mut top, mut own, mut gap) = (0, None, GAP);
     for part in &parts {
-        let mut half = Half {
-            flash: &mut *flash,
-            range: part.clone(),
-            gap: &mut gap,
-        };
+        let mut half = Half::new(&mut *flash, part.clone(), &mut gap);
         let index = half.index();
-        for (known, order) in known.iter_mut().zip(index.order) {
+        for (known, order) in known.iter_mut().zip(index.orders()) {
             *known = order.max(*known);
         }
         top = index.top.order.max(top);
@@ -184,11 +180,7 @@ pub(super) fn take_over<F: NorFlash>(flash: &mut F, range: Range<u32>) -> Result
     });
     let part = part.ok_or(StoreError::Full)?;
     if let Some(page) = page {
-        let mut half = Half {
-            flash: &mut *flash,
-            range: part.clone(),
-            gap: &mut gap,
-        };
+        let mut half = Half::new(&mut *flash, part.clone(), &mut gap);
         if !half.lay(page, 1) {
             return Err(StoreError::Flash);
         }
@@ -208,14 +200,10 @@ pub(super) fn take_over<F: NorFlash>(flash: &mut F, range: Range<u32>) -> Result
         from = at + 1;
         let mut known = false;
         for part in halves::<F>(&range)? {
-            let mut half = Half {
-                flash: &mut *flash,
-                range: part,
-                gap: &mut gap,
-            };
+            let mut half = Half::new(&mut *flash, part, &mut gap);
             known |= half
                 .search(number)
-                .is_some_and(|(_, record)| record.claim.order != last);
+                .is_some_and(|(_, claim)| claim.order != last);
         }
         if !known {
             top += 1;
@@ -240,11 +228,7 @@ fn move_item<F: NorFlash>(
     };
     let (item, _) = former.item(at, range.end);
     let record = item.and_then(|item| Record::new(number, order, item.value()));
-    let mut half = Half {
-        flash,
-        range: part.clone(),
-        gap,
-    };
+    let mut half = Half::new(flash, part.clone(), gap);
     record
         .and_then(|record| half.put_in_head(&record))
         .map(|_| ())

@@ -21,7 +21,7 @@ use crate::board::BoxBoard;
 use both::{Both, halves};
 use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
-use half::{Found, GAP};
+use half::GAP;
 use rarma_box::settings::{
     COUNT, RecordError, Setting, SettingValue, Settings, find, from_record, to_record,
 };
@@ -84,6 +84,8 @@ pub struct Store {
     next: u32,
     /// See [`half::Half::gap`].
     gaps: [u32; 2],
+    /// Numbers stand in it that no setting has.
+    foreign: bool,
 }
 
 fn place_of(number: u16) -> Option<usize> {
@@ -96,6 +98,7 @@ impl Default for Store {
             places: [NOWHERE; COUNT],
             next: 1,
             gaps: [GAP; 2],
+            foreign: false,
         }
     }
 }
@@ -148,14 +151,10 @@ impl Store {
             ranges: [first, second],
             gaps: self.gaps,
         };
-        let is_its =
-            |found: &Found| matches!(found, Found::Record(r) if r.claim.number == setting.number);
-        let found = Some(both.half(which).look(at)).filter(is_its);
-        let record = match found {
-            Some(Found::Record(record)) => Some(record),
-            // A save has moved it since, or it has aged.
-            _ => both.newest(setting.number),
-        };
+        let found = both.half(which).record(at);
+        let its = found.filter(|record| record.claim.number == setting.number);
+        // A save has moved it since, or it has aged.
+        let record = its.or_else(|| both.newest(setting.number));
         let record = record.ok_or(StoreError::Flash)?;
         Ok(from_record(setting, record.value()))
     }
@@ -223,9 +222,13 @@ impl Store {
             gaps,
         };
         let place = place_of(number).and_then(|place| self.places.get_mut(place));
+        self.foreign |= place.is_none();
         // What takes more room than before has to have it in both halves.
         if place.as_ref().is_none_or(|there| **there == NOWHERE) {
             for which in [0, 1] {
+                if !self.foreign && both.half(which).has_room_for_all() {
+                    continue;
+                }
                 let index = both.half(which).index();
                 if both.half(which).is_full(&index, &record) {
                     return Err(StoreError::Full);

@@ -65,6 +65,13 @@ impl Claim {
     pub fn size(self) -> usize {
         size(self.length)
     }
+
+    /// Whether the bytes that begin like this are a sound record.
+    pub fn is_sound(self, bytes: &[u8]) -> bool {
+        let record = bytes.get(..self.size());
+        let parts = record.and_then(<[u8]>::split_last_chunk::<CHECK>);
+        parts.is_some_and(|(body, check)| CRC.checksum(body) == u32::from_le_bytes(*check))
+    }
 }
 
 /// A sound record.
@@ -97,10 +104,10 @@ impl Record {
     }
 
     /// The record that these bytes begin with, if it is sound.
-    pub fn checked(bytes: [u8; RECORD_MOST]) -> Option<Self> {
+    pub fn checked(mut bytes: [u8; RECORD_MOST]) -> Option<Self> {
         let claim = Claim::of(*bytes.first_chunk()?)?;
-        let (body, check) = bytes.get(..claim.size())?.split_last_chunk::<CHECK>()?;
-        (CRC.checksum(body) == u32::from_le_bytes(*check)).then_some(Self { claim, bytes })
+        bytes.get_mut(claim.size()..)?.fill(0);
+        claim.is_sound(&bytes).then_some(Self { claim, bytes })
     }
 
     /// The bytes, a whole number of words.

@@ -144,7 +144,7 @@ fn agree<F: NorFlash>(
         }
         indices = both.indices();
     }
-    if indices.iter().any(|index| index.foreign > 0) {
+    if indices.iter().any(Index::has_foreign) {
         both.level_foreign();
     }
     // What is damaged in one half only stands in the other, if it did before.
@@ -195,16 +195,17 @@ impl Store {
         loaded: &mut Loaded,
     ) {
         let indices = both.indices();
+        self.foreign = indices.iter().any(Index::has_foreign);
         self.next = indices
             .iter()
             .map(|index| index.top.order)
             .fold(0, u32::max)
             + 1;
         for (place, setting) in SETTINGS.iter().enumerate() {
-            let order = |index: &Index| index.order.get(place).copied().unwrap_or(0);
-            let newest = indices.iter().map(order).fold(0, u32::max);
+            let orders = indices.iter().map(|index| index.order(place));
+            let newest = orders.fold(0, u32::max);
             let found = (0..).zip(&indices).find_map(|(which, index)| {
-                (order(index) == newest).then_some(())?;
+                (index.order(place) == newest).then_some(())?;
                 both.half(which).read(index, place)
             });
             let Some((at, record)) = found else {

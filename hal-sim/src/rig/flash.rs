@@ -77,6 +77,7 @@ pub struct SimFlash {
     pub bad_pages: BTreeSet<usize>,
     wear: Vec<u32>,
     touched: usize,
+    reads: usize,
     dead: bool,
     seen: FlashSeen,
     rng: ChaCha8Rng,
@@ -161,6 +162,7 @@ impl SimFlash {
             bad_pages: BTreeSet::new(),
             wear: vec![0; pages],
             touched: 0,
+            reads: 0,
             dead: false,
             seen: FlashSeen::default(),
             rng: ChaCha8Rng::seed_from_u64(seed),
@@ -213,6 +215,11 @@ impl SimFlash {
     /// Words programmed and pages erased so far.
     pub fn touched(&self) -> usize {
         self.touched
+    }
+
+    /// Reads so far, of whatever length.
+    pub fn reads(&self) -> usize {
+        self.reads
     }
 
     /// Erases of each page so far.
@@ -331,6 +338,7 @@ impl ReadNorFlash for SimFlash {
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
         let range = self.check(offset, offset + bytes.len() as u32, 1)?;
+        self.reads += 1;
         let mut at = range.start;
         while at < range.end {
             let word = at / WORD;

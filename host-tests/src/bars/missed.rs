@@ -54,13 +54,6 @@ pub const MISSED: &[Missed] = &[
         why: "regulators, two magnets' law and the lock-in take 51 % in every period, listening and everything else 40",
     },
     Missed {
-        bar: "board passes: a setting is saved, ms",
-        asked: 0.0..=10.0,
-        got: 51.0..=57.0,
-        test: "board_duties::passes_of_the_main_loop_are_short",
-        why: "the store reads through its pages for the place of a record; only while outputs are off",
-    },
-    Missed {
         bar: "board time: % of the core, (8,7), speed not told",
         asked: 0.0..=55.0,
         got: 58.0..=62.0,

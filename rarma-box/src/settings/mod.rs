@@ -43,10 +43,8 @@ impl Default for Settings {
 
 /// The row of a number.
 pub fn find(number: u16) -> Option<(usize, &'static Setting)> {
-    SETTINGS
-        .iter()
-        .enumerate()
-        .find(|(_, s)| s.number == number)
+    let place = NUMBERS.binary_search(&number).ok()?;
+    SETTINGS.get(place).map(|setting| (place, setting))
 }
 
 impl Settings {

@@ -50,6 +50,9 @@ macro_rules! table {
             pub const $key: Key<$kind> = Key::at(Place::$key as usize);
         )*
 
+        /// Their numbers, which ascend.
+        pub(super) const NUMBERS: [u16; [$($number,)*].len()] = [$($number,)*];
+
         /// All settings, in the order of the page.
         pub static SETTINGS: [Setting; [$($number,)*].len()] = [
             $(Setting {
@@ -64,6 +67,14 @@ macro_rules! table {
         ];
     };
 }
+
+const _: () = {
+    let mut place = 1;
+    while place < NUMBERS.len() {
+        assert!(NUMBERS[place - 1] < NUMBERS[place], "numbers ascend");
+        place += 1;
+    }
+};
 
 table! {
     1 BOX_START: Whole "box.start", "1", 0, 1, 1, AtStart,

@@ -1,6 +1,6 @@
 //! Mending a half at a start: what a power cut or age have left in it.
 
-use super::{Found, Half, Index, OWN_BYTES};
+use super::{Half, Index, OWN_BYTES};
 use crate::store::record::{PAGE, WORD};
 use embedded_storage::nor_flash::NorFlash;
 
@@ -8,10 +8,8 @@ impl<F: NorFlash> Half<'_, F> {
     /// Whether nothing is written in this half, but for pages' own records that may be torn:
     /// the first save of all was cut.
     pub fn is_blank(&mut self) -> bool {
-        self.pages().all(|page| {
-            let mut places = (page + OWN_BYTES..self.end_of(page)).step_by(WORD);
-            places.all(|at| self.look(at) == Found::Blank)
-        })
+        self.pages()
+            .all(|page| self.next(page + OWN_BYTES, self.end_of(page)).is_none())
     }
 
     /// Erases pages that hold nothing but their own record: a power cut may have ended its
@@ -19,8 +17,7 @@ impl<F: NorFlash> Half<'_, F> {
     pub fn drop_empty_pages(&mut self) {
         for page in self.pages() {
             let (own, end) = (page + OWN_BYTES, self.end_of(page));
-            let mut rest = (own..end).step_by(WORD);
-            if rest.all(|at| self.look(at) == Found::Blank)
+            if self.next(own, end).is_none()
                 && !(page..own).step_by(WORD).all(|at| self.is_erased(at))
             {
                 // If that fails it stays as it is.
@@ -37,12 +34,11 @@ impl<F: NorFlash> Half<'_, F> {
             return;
         };
         let (mut at, mut last, mut before) = (page, None, None);
-        while at < self.end_of(page) {
-            let found = self.look(at);
-            if let Found::Record(record) = found {
+        while let Some((there, found)) = self.next(at, self.end_of(page)) {
+            if let Some(record) = self.record(there) {
                 before = last.replace(record);
             }
-            at += found.size();
+            at = there + found.size();
         }
         if let Some(record) = last.filter(|record| record.claim.number != PAGE)
             && before != last

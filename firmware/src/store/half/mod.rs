@@ -8,14 +8,15 @@
 //! elsewhere, and it is erased right before it is used, whatever it reads as: an erase that
 //! a power cut ended may read as a perfect one.
 
+mod index;
 mod mend;
 mod write;
 
-use super::place_of;
+pub(super) use index::Index;
+
 use super::record::{Claim, PAGE, RECORD_MOST, Record, WORD, size};
 use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
-use rarma_box::settings::COUNT;
 
 /// What the record of a page says: this format.
 const FORMAT: &[u8] = &[2];
@@ -23,6 +24,8 @@ const FORMAT: &[u8] = &[2];
 const OWN_BYTES: u32 = size(FORMAT.len()) as u32;
 /// How often a word is looked at where it may read differently every time.
 const LOOKS: u32 = 16;
+/// Words of what may be a blank stretch that are read at once: a read by itself costs as much as these.
+const STRETCH: usize = 8;
 
 /// What stands at a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,14 +33,15 @@ pub(super) enum Found {
     Blank,
     /// A word of no sound record.
     Garbage([u8; WORD]),
-    Record(Record),
+    /// A sound one, of which this is the head.
+    Record(Claim),
 }
 
 impl Found {
     /// Bytes it takes.
     pub fn size(&self) -> u32 {
         match self {
-            Self::Record(record) => record.claim.size() as u32,
+            Self::Record(claim) => claim.size() as u32,
             _ => WORD as u32,
         }
     }
@@ -52,41 +56,30 @@ pub(super) enum Room {
     Made,
 }
 
-/// The newest records of a half.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Index {
-    /// Order of each setting's newest record; 0 if there is none.
-    pub order: [u32; COUNT],
-    /// Where it stands, in words from the beginning of the half.
-    place: [u16; COUNT],
-    /// The newest of all.
-    pub top: Claim,
-    /// Sound records, those of pages too.
-    pub records: u32,
-    /// Of them, of numbers that no setting has.
-    pub foreign: u32,
-    /// Words of no sound record, in pages in use.
-    pub garbage: u32,
-    /// Pages with such words: bit 0 is the first page's.
-    damaged: u32,
-    /// Pages with such words and nothing else, as an erase leaves them that a power cut ended:
-    /// what was there may be read again another time.
-    pub spoilt: u32,
-}
-
 /// A part of the flash: a whole number of pages, at least two.
 pub(super) struct Half<'a, F> {
-    pub flash: &'a mut F,
+    flash: &'a mut F,
     pub range: Range<u32>,
     /// Bytes left free before the next record: the word there may be one whose writing a
     /// power cut ended so early that it reads erased, and another time does not.
-    pub gap: &'a mut u32,
+    gap: &'a mut u32,
+    /// What was read last.
+    bytes: [u8; RECORD_MOST],
 }
 
 /// [`Half::gap`] after a start.
 pub(super) const GAP: u32 = WORD as u32;
 
-impl<F: NorFlash> Half<'_, F> {
+impl<'a, F: NorFlash> Half<'a, F> {
+    pub fn new(flash: &'a mut F, range: Range<u32>, gap: &'a mut u32) -> Self {
+        Self {
+            flash,
+            range,
+            gap,
+            bytes: [0; RECORD_MOST],
+        }
+    }
+
     const PAGE_BYTES: u32 = F::ERASE_SIZE as u32;
     /// Records take whole words of the flash.
     const FITS: () =
@@ -136,19 +129,83 @@ impl<F: NorFlash> Half<'_, F> {
             return Found::Blank;
         }
         let room = self.end_of(self.page_of(at)) - at;
-        let record = Claim::of(word).filter(|claim| claim.size() as u32 <= room);
-        let record = record.and_then(|claim| {
-            let mut bytes = [0; RECORD_MOST];
-            self.flash.read(at, bytes.get_mut(..claim.size())?).ok()?;
-            Record::checked(bytes)
+        let claim = Claim::of(word).filter(|claim| claim.size() as u32 <= room);
+        let sound = claim.filter(|claim| {
+            let record = self.bytes.get_mut(..claim.size());
+            let parts = record.and_then(<[u8]>::split_first_chunk_mut::<WORD>);
+            parts.is_some_and(|(first, rest)| {
+                *first = word;
+                self.flash.read(at + WORD as u32, rest).is_ok()
+            }) && claim.is_sound(&self.bytes)
         });
-        record.map_or(Found::Garbage(word), Found::Record)
+        sound.map_or(Found::Garbage(word), Found::Record)
+    }
+
+    /// The record at an address.
+    pub fn record(&mut self, at: u32) -> Option<Record> {
+        match self.look(at) {
+            Found::Record(_) => Record::checked(self.bytes),
+            _ => None,
+        }
+    }
+
+    /// The next thing that stands from one address to before another, and where.
+    pub fn next(&mut self, from: u32, end: u32) -> Option<(u32, Found)> {
+        let mut at = from;
+        while at < end {
+            let found = self.look(at);
+            if found != Found::Blank {
+                return Some((at, found));
+            }
+            at = self.end_of_blank(at + WORD as u32, end);
+        }
+        None
+    }
+
+    /// The first word from an address on that does not read erased, or the end.
+    fn end_of_blank(&mut self, from: u32, end: u32) -> u32 {
+        let mut at = from;
+        while at < end {
+            let mut words = [[0; WORD]; STRETCH];
+            let left = (end - at) as usize / WORD;
+            let words = words.get_mut(..left.min(STRETCH)).unwrap_or_default();
+            if self.flash.read(at, words.as_flattened_mut()).is_err() {
+                return at;
+            }
+            let blank = words.iter().take_while(|word| **word == [0xFF; WORD]);
+            let blank = blank.count();
+            at += (blank * WORD) as u32;
+            if blank < STRETCH {
+                return at;
+            }
+        }
+        end
+    }
+
+    /// The end of what is written in a page: behind it every word reads erased.
+    fn end_of_written(&mut self, page: u32) -> u32 {
+        let mut end = self.end_of(page);
+        while end > page {
+            let mut words = [[0; WORD]; STRETCH];
+            let left = (end - page) as usize / WORD;
+            let words = words.get_mut(..left.min(STRETCH)).unwrap_or_default();
+            let from = end - (words.len() * WORD) as u32;
+            if self.flash.read(from, words.as_flattened_mut()).is_err() {
+                return end;
+            }
+            let written = words.iter().rposition(|word| *word != [0xFF; WORD]);
+            if let Some(last) = written {
+                return from + ((last + 1) * WORD) as u32;
+            }
+            end = from;
+        }
+        page
     }
 
     /// The count of a page in use.
     fn count(&mut self, page: u32) -> Option<u32> {
         match self.look(page) {
-            Found::Record(record) if record.claim.number == PAGE => Some(record.claim.order),
+            Found::Record(claim) if claim.number == PAGE => Some(claim.order),
             _ => None,
         }
     }
@@ -166,144 +223,39 @@ impl<F: NorFlash> Half<'_, F> {
         head
     }
 
-    /// The newest records. Of two copies of one save the one in the later page counts.
-    pub fn index(&mut self) -> Index {
-        let mut index = Index {
-            order: [0; COUNT],
-            place: [0; COUNT],
-            top: Claim::NONE,
-            records: 0,
-            foreign: 0,
-            garbage: 0,
-            damaged: 0,
-            spoilt: 0,
-        };
-        for page in self.pages() {
-            let (mut at, records, mut garbage) = (page, index.records, 0);
-            while at < self.end_of(page) {
-                let found = self.look(at);
-                match &found {
-                    Found::Blank => {}
-                    Found::Garbage(_) => garbage += 1,
-                    Found::Record(record) => self.note(&mut index, at, record.claim),
-                }
-                at += found.size();
-            }
-            if index.records > records && garbage > 0 {
-                index.garbage += garbage;
-                index.damaged |= self.bit(page);
-            } else if garbage > 0 {
-                index.spoilt |= self.bit(page);
-            }
-        }
-        index
-    }
-
-    fn note(&mut self, index: &mut Index, at: u32, claim: Claim) {
-        index.records += 1;
-        if claim.number == PAGE {
-            return;
-        }
-        if claim.order > index.top.order {
-            index.top = claim;
-        }
-        let Some(place) = place_of(claim.number) else {
-            index.foreign += 1;
-            return;
-        };
-        let word = ((at - self.range.start) / WORD as u32) as u16;
-        if let (Some(order), Some(there)) = (index.order.get_mut(place), index.place.get_mut(place))
-        {
-            let newer = claim.order > *order
-                || claim.order == *order && {
-                    let known = self.range.start + u32::from(*there) * WORD as u32;
-                    let (known, this) = (self.page_of(known), self.page_of(at));
-                    self.count(this) >= self.count(known)
-                };
-            if newer {
-                (*order, *there) = (claim.order, word);
-            }
-        }
-    }
-
-    /// Where a setting's newest record stands.
-    fn newest(&self, index: &Index, place: usize) -> Option<u32> {
-        index.order.get(place).filter(|order| **order > 0)?;
-        let word = index.place.get(place)?;
-        Some(self.range.start + u32::from(*word) * WORD as u32)
-    }
-
     /// A setting's newest record, and where it stands; looked at until it reads well.
     pub fn read(&mut self, index: &Index, place: usize) -> Option<(u32, Record)> {
         let at = self.newest(index, place)?;
-        (0..LOOKS).find_map(|_| match self.look(at) {
-            Found::Record(record) => Some((at, record)),
-            _ => None,
-        })
+        self.reread(at).map(|record| (at, record))
+    }
+
+    /// A record that has been found, looked at until it reads well.
+    pub fn reread(&mut self, at: u32) -> Option<Record> {
+        (0..LOOKS).find_map(|_| self.record(at))
     }
 
     /// The newest record of a number, and where it stands.
-    pub fn search(&mut self, number: u16) -> Option<(u32, Record)> {
-        let mut newest: Option<(u32, Record)> = None;
+    pub fn search(&mut self, number: u16) -> Option<(u32, Claim)> {
+        let mut newest: Option<(u32, Claim)> = None;
         let mut at = self.range.start;
-        while at < self.range.end {
-            let found = self.look(at);
-            if let Found::Record(record) = found
-                && record.claim.number == number
+        while let Some((there, found)) = self.next(at, self.range.end) {
+            if let Found::Record(claim) = found
+                && claim.number == number
             {
                 let newer = newest.is_none_or(|(known, best)| {
-                    let (order, most) = (record.claim.order, best.claim.order);
-                    order > most
-                        || order == most && {
-                            let (known, this) = (self.page_of(known), self.page_of(at));
+                    claim.order > best.order
+                        || claim.order == best.order && {
+                            let (known, this) = (self.page_of(known), self.page_of(there));
                             self.count(this) >= self.count(known)
                         }
                 });
                 if newer {
-                    newest = Some((at, record));
+                    newest = Some((there, claim));
                 }
             }
-            at += found.size();
+            at = there + found.size();
         }
         newest
-    }
-
-    /// Whether a record is the only newest one of its number.
-    fn is_needed(&mut self, index: &Index, at: u32, record: &Record) -> bool {
-        match record.claim.number {
-            PAGE => false,
-            number => match place_of(number) {
-                Some(place) => self.newest(index, place) == Some(at),
-                None => self.search(number).is_some_and(|(place, _)| place == at),
-            },
-        }
-    }
-
-    /// The next record of a page that is needed, from a place in it on.
-    pub fn next_needed(&mut self, index: &Index, from: u32) -> Option<(u32, Record)> {
-        let (mut at, end) = (from, self.end_of(self.page_of(from)));
-        while at < end {
-            let found = self.look(at);
-            if let Found::Record(record) = found
-                && self.is_needed(index, at, &record)
-            {
-                return Some((at, record));
-            }
-            at += found.size();
-        }
-        None
-    }
-
-    /// Bytes of what is needed in a page.
-    fn needed(&mut self, index: &Index, page: u32) -> u32 {
-        let (mut at, end, mut bytes) = (page, self.end_of(page), 0);
-        while at < end
-            && let Some((there, record)) = self.next_needed(index, at)
-        {
-            let size = record.claim.size() as u32;
-            (at, bytes) = (there + size, bytes + size);
-        }
-        bytes
     }
 
     /// Whether a word reads erased, not only once: after a power cut it may do so at times.

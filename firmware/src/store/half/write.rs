@@ -1,9 +1,10 @@
 //! Writing records to a half, and the pages they go to.
 
 use super::{FORMAT, Found, Half, Index, OWN_BYTES, Room};
+use crate::store::StoreError;
 use crate::store::record::{PAGE, RECORD_MOST, Record, WORD};
-use crate::store::{StoreError, place_of};
 use embedded_storage::nor_flash::NorFlash;
+use rarma_box::settings::COUNT;
 
 /// How often a save tries to find room, and pages it erases for it at most: a worn half must
 /// not hold up the box for longer than its watchdog waits.
@@ -15,10 +16,7 @@ impl<F: NorFlash> Half<'_, F> {
     /// there is no room for one that reads as it should.
     fn put(&mut self, page: u32, record: &Record, margin: u32) -> Option<u32> {
         let (end, size) = (self.end_of(page), record.bytes().len() as u32);
-        let mut at = end;
-        while at > page && self.look(at - WORD as u32) == Found::Blank {
-            at -= WORD as u32;
-        }
+        let mut at = self.end_of_written(page);
         if at > page {
             at += *self.gap;
         }
@@ -30,7 +28,7 @@ impl<F: NorFlash> Half<'_, F> {
                 continue;
             }
             let written = self.flash.write(at, record.bytes());
-            if written.is_ok() && self.look(at) == Found::Record(*record) {
+            if written.is_ok() && self.record(at) == Some(*record) {
                 *self.gap = 0;
                 return Some(at);
             }
@@ -51,9 +49,7 @@ impl<F: NorFlash> Half<'_, F> {
     pub fn lay(&mut self, page: u32, count: u32) -> bool {
         let end = self.end_of(page);
         self.flash.erase(page, end).is_ok()
-            && (page..end)
-                .step_by(WORD)
-                .all(|at| self.look(at) == Found::Blank)
+            && self.next(page, end).is_none()
             && Record::new(PAGE, count, FORMAT)
                 .is_some_and(|record| self.put(page, &record, 0) == Some(page))
     }
@@ -94,15 +90,12 @@ impl<F: NorFlash> Half<'_, F> {
         let (head, _) = self.head().ok_or(StoreError::Flash)?;
         let (mut at, end) = (page, self.end_of(page));
         while at < end
-            && let Some((there, record)) = self.next_needed(index, at)
+            && let Some((there, claim)) = self.next_needed(index, at)
         {
+            let record = self.reread(there).ok_or(StoreError::Flash)?;
             let put = self.put(head, &record, 0).ok_or(StoreError::Flash)?;
-            let word = ((put - self.range.start) / WORD as u32) as u16;
-            let place = place_of(record.claim.number);
-            if let Some(known) = place.and_then(|place| index.place.get_mut(place)) {
-                *known = word;
-            }
-            at = there + record.claim.size() as u32;
+            index.moved(claim.number, self.word(put));
+            at = there + claim.size() as u32;
         }
         Ok(())
     }
@@ -142,12 +135,11 @@ impl<F: NorFlash> Half<'_, F> {
             {
                 return Ok(at);
             }
-            let index = self.index();
+            let mut index = self.index();
             if self.is_full(&index, record) {
                 return Err(StoreError::Full);
             }
             self.open(&index)?;
-            let mut index = self.index();
             self.make_room(&mut index);
         }
         Err(StoreError::Flash)
@@ -156,15 +148,22 @@ impl<F: NorFlash> Half<'_, F> {
     /// Whether there is no room for a record, whatever is erased: one page stays free.
     pub fn is_full(&mut self, index: &Index, record: &Record) -> bool {
         let mut bytes = record.bytes().len() as u32;
-        let (mut pages, mut needed) = (0, 0);
-        for page in self.pages() {
-            pages += 1;
-            needed += self.needed(index, page);
-        }
-        if self.search(record.claim.number).is_some() {
+        let needed = self.pages().map(|page| self.needed(index, page));
+        let needed: u32 = needed.sum();
+        if self.find(index, record.claim.number).is_some() {
             bytes = 0;
         }
+        needed + bytes > self.room()
+    }
+
+    /// Whether every setting there is has room, where nothing else stands.
+    pub fn has_room_for_all(&self) -> bool {
+        (COUNT * RECORD_MOST) as u32 <= self.room()
+    }
+
+    /// Bytes that records can take.
+    fn room(&self) -> u32 {
         let page = Self::PAGE_BYTES - OWN_BYTES - RECORD_MOST as u32;
-        needed + bytes > (pages - 1) * page
+        (self.pages().count() as u32 - 1) * page
     }
 }
