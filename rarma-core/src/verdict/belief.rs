@@ -4,6 +4,8 @@
 //! Rate: per window, a line or some speeds a slice. Words: *comb*, the multiples of the
 //! turn's frequency or of the teeth's.
 
+mod turned;
+
 use super::Listening;
 use super::config::VerdictConfig;
 use super::frame::{HALF, HOP_S};
@@ -18,8 +20,6 @@ pub(super) const SPEEDS: usize = 501;
 const LEAST_PRIOR: f64 = -30.0;
 /// The same once the comb has left its place: the control has changed the speed.
 const LEAST_MOVED: f64 = -3.0;
-/// While the speed is turned, the speeds are taken about the believed one once it is so far off.
-const FAR: f64 = 0.1;
 /// What the lines say is forgotten in this time, s.
 const MEMORY_S: f64 = 0.5;
 /// Windows that count as independent within that time.
@@ -31,7 +31,7 @@ const FORCED: f64 = 0.8;
 const PRIOR: f64 = 0.8;
 const OTHERS: f64 = 0.002;
 /// Deviation of a line's frequency, in units of the resolution.
-const LINE_SD: f64 = 0.15;
+pub(super) const LINE_SD: f64 = 0.15;
 /// A speed so much less likely than the likeliest, natural logarithm, has no chance.
 const IMPOSSIBLE: f64 = -25.0;
 /// Teeth of a cutter of which nobody told how many it has.
@@ -110,11 +110,14 @@ pub(super) struct Belief<T> {
     sum: T,
     mean: T,
     sd: T,
+    /// u of the speed to which the rotation may have been turned from the told one.
+    turned: T,
 }
 
 state! { Belief<T> {
     heard, everywhere, told_hz, teeth, folding_hz, sd_hz, prior_gain,
-    prior_sums, prior_sum, on_teeth, rare_turns, alone, least, largest, sum, mean, sd
+    prior_sums, prior_sum, on_teeth, rare_turns, alone, least, largest, sum, mean, sd,
+    turned
 } }
 
 impl<T: Real> Belief<T> {
@@ -137,6 +140,7 @@ impl<T: Real> Belief<T> {
         sum: T::ZERO,
         mean: T::ZERO,
         sd: T::ZERO,
+        turned: T::ZERO,
     };
 
     /// Forgets everything and takes a told speed, in place: it is 2 KB.
@@ -150,8 +154,8 @@ impl<T: Real> Belief<T> {
         desk: &mut Desk<'_, T>,
     ) {
         // The rest is set by the prior, and by what is heard.
-        self.heard.fill(T::ZERO);
-        self.everywhere = T::ZERO;
+        self.forget_all();
+        self.turned = T::ZERO;
         self.told_hz = T::from_f64(told_hz);
         self.teeth = T::from_u32(listening.teeth.unwrap_or(1));
         self.folding_hz = listening.folding_hz.map(T::from_f64);
@@ -177,9 +181,16 @@ impl<T: Real> Belief<T> {
         sum
     }
 
-    /// Told anew: what was heard belongs to the new speed, for the rotation goes with it.
+    /// Told anew: what was heard belongs to the new speed, for the rotation goes with it, unless it had gone before. Of a
+    /// speed that was not believed in at all nothing was heard.
     pub(super) fn tell(&mut self, told_hz: T) {
+        if !self.reaches(told_hz) {
+            self.forget_all();
+        }
+        let steps = (told_hz / self.told_hz).ln() * T::from_f64(1.0 / STEP);
+        self.shift(steps, T::max);
         self.told_hz = told_hz;
+        self.turned = T::ZERO;
         self.least = T::from_f64(LEAST_PRIOR);
         self.prior_sum = self.prior_sums.0;
     }
@@ -189,42 +200,29 @@ impl<T: Real> Belief<T> {
         (spindle_hz / self.told_hz).ln().abs() < T::from_f64(SPAN)
     }
 
-    /// The speed is being turned, away from the told one: the speeds go with it.
-    pub(super) fn go_along(&mut self) {
-        if self.mean.abs() < T::from_f64(FAR) {
-            return;
-        }
-        let steps = (self.mean * T::from_f64(1.0 / STEP)).round();
-        self.told_hz *= (steps * T::from_f64(STEP)).exp();
-        let by = (steps.abs().to_f32() as usize).min(SPEEDS - 1);
-        for n in 0..SPEEDS {
-            let (i, from) = if steps > T::ZERO {
-                (n, n + by)
-            } else {
-                (SPEEDS - 1 - n, (SPEEDS - 1 - n).wrapping_sub(by))
-            };
-            // At the end that comes in nothing else is known.
-            if let Some(heard) = self.heard.get(from).copied() {
-                self.heard[i] = heard;
-            }
-        }
-    }
-
     /// The comb has left its place: the told speed is that of before.
     pub(super) fn moved(&mut self) {
-        self.heard.fill(T::ZERO);
-        self.everywhere = T::ZERO;
+        self.turned = T::ZERO;
+        self.forget_all();
         self.least = T::from_f64(LEAST_MOVED);
         self.prior_sum = self.prior_sums.1;
+    }
+
+    fn forget_all(&mut self) {
+        self.heard.fill(T::ZERO);
+        self.everywhere = T::ZERO;
     }
 
     fn u(i: usize) -> T {
         T::from_f64(STEP) * T::from_u32(i as u32) - T::from_f64(SPAN)
     }
 
+    /// Of the told speed, or of the one to which it may have been turned. Both count in full: the sum of all is up to twice
+    /// as large then, which is ln 2 / [`INDEPENDENT`] of a word and not counted.
     fn prior(&self, i: usize) -> T {
         let u = Self::u(i);
-        (self.prior_gain * u * u).max(self.least)
+        let v = u - self.turned;
+        (self.prior_gain * (u * u).min(v * v)).max(self.least)
     }
 
     /// The believed speed, Hz.

@@ -73,6 +73,12 @@ impl<T: Real> Comb<T> {
         self.explained > T::from_f64(MOST) * self.total
     }
 
+    /// A band of this power is as loud as it was of late.
+    pub(super) fn is_as_loud(&self, total: T) -> bool {
+        let gone = T::from_f64(GONE);
+        total > gone * self.total && self.total > gone * total
+    }
+
     /// Takes a window; whether the lines have just gone.
     pub(super) fn leaves(&mut self, now: &Powers<T>) -> bool {
         let was_settling = self.is_settling();

@@ -25,6 +25,7 @@ mod judge;
 mod lines;
 mod steadiness;
 mod tracks;
+mod turning;
 #[cfg(test)]
 mod verdict_tests;
 mod window;
@@ -237,7 +238,7 @@ impl<T: Real> Verdict<T> {
             + (frame.bins.1 - frame.bins.0) / SCANNED
             + LINES
             + CANDIDATES * (SEGMENTS + 2)
-            + 4;
+            + 5;
         *until = frame.window;
         *pace = (slices as f64 / (BUSY * frame.hop as f64)) as usize + 1;
         *is_told = listening.spindle_hz.is_some();

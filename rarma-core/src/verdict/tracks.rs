@@ -43,10 +43,12 @@ pub(super) struct Track<T> {
     pub(super) suspect: T,
     /// Sum of the evidence.
     pub(super) evidence: T,
+    /// Frequency from which its movement counts, Hz.
+    from_hz: T,
 }
 
 state! { Track<T> {
-    f_hz, age_s, missing, seen, in_use, windows, slope, forced, features, suspect, evidence
+    f_hz, age_s, missing, seen, in_use, windows, slope, forced, features, suspect, evidence, from_hz
 } }
 
 impl<T: Real> Track<T> {
@@ -57,6 +59,20 @@ impl<T: Real> Track<T> {
         let gain = (T::ONE / self.windows).max(T::from_f64(HOP_S / memory_s));
         self.forced += gain * (odds - self.forced);
         self.forced
+    }
+
+    /// Chance that the rotation makes it, by what was known before this window.
+    pub(super) fn was_forced(&self) -> T {
+        if self.windows > T::ZERO {
+            sigmoid(self.forced)
+        } else {
+            T::ZERO
+        }
+    }
+
+    /// ln of how far it has moved.
+    pub(super) fn moved(&self) -> T {
+        (self.f_hz / self.from_hz).ln()
     }
 
     /// Features of this window: log-odds of its part of the rest, of being free, and level
@@ -101,6 +117,7 @@ impl<T: Real> Tracks<T> {
             features: None,
             suspect: T::ZERO,
             evidence: T::ZERO,
+            from_hz: T::ZERO,
         }; TRACKS],
         of: [0; CANDIDATES],
     };
@@ -132,6 +149,7 @@ impl<T: Real> Tracks<T> {
                         *track = Track {
                             in_use: true,
                             evidence: doubt,
+                            from_hz: line.f_hz,
                             ..Track::default()
                         };
                     }
@@ -156,6 +174,13 @@ impl<T: Real> Tracks<T> {
             if track.missing > MISSING {
                 track.in_use = false;
             }
+        }
+    }
+
+    /// Movement counts from here on.
+    pub(super) fn anchor(&mut self) {
+        for track in &mut self.tracks {
+            track.from_hz = track.f_hz;
         }
     }
 

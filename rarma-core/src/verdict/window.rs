@@ -29,6 +29,7 @@ pub(super) enum Stage {
     Spectrum,
     Scan(usize),
     Pick,
+    Turn,
     Hear(usize),
     Settle,
     Forced(usize),
@@ -44,11 +45,12 @@ impl Stage {
             Self::Spectrum => (1, 0),
             Self::Scan(bin) => (2, bin),
             Self::Pick => (3, 0),
-            Self::Hear(k) => (4, k),
-            Self::Settle => (5, 0),
-            Self::Forced(k) => (6, k),
-            Self::Steady(k) => (7, k),
-            Self::Judge => (8, 0),
+            Self::Turn => (4, 0),
+            Self::Hear(k) => (5, k),
+            Self::Settle => (6, 0),
+            Self::Forced(k) => (7, k),
+            Self::Steady(k) => (8, k),
+            Self::Judge => (9, 0),
         }
     }
 
@@ -75,6 +77,7 @@ impl<T: Real> State<T> for Stage {
             Self::Spectrum,
             Self::Scan(at),
             Self::Pick,
+            Self::Turn,
             Self::Hear(at),
             Self::Settle,
             Self::Forced(at),
@@ -114,6 +117,10 @@ impl<T: Real> Verdict<T> {
                 let candidates = self.lines.candidates();
                 self.tracks
                     .follow(candidates, self.resolution_hz, self.weigher.doubt());
+                Stage::Turn
+            }
+            Stage::Turn => {
+                self.turn();
                 self.weigh_votes();
                 Stage::Hear(0)
             }
