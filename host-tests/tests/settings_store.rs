@@ -1,7 +1,7 @@
 //! Promise: stored settings outlive what can happen to a flash beside a power cut. What is
 //! damaged twice is named, with what is in force instead; a page or a half may go; a flash
 //! that is full or worn says so and keeps what it has; numbers of another firmware and the
-//! former store's settings are kept.
+//! former store's settings are kept, and hold up neither a start nor a save.
 
 use firmware::store::{Kept, Store, StoreError, VALUE_BYTES};
 use hal_sim::SimBox;
