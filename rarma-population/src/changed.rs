@@ -143,11 +143,8 @@ pub fn flips(cut: &Cut, heard: &Heard, as_it_is: &Recording) -> Result<Vec<Flips
     let says = |recording: &Recording, shift_s: f64| -> Result<bool, Defect> {
         let mut said = monitor.listen(recording, threshold)?;
         let mut said: Said = said.pop().unwrap_or_default();
-        for alarm in &mut said.alarms {
-            alarm.on_s += shift_s;
-            alarm.off_s += shift_s;
-        }
-        let score = judge(cut, heard, &said);
+        said.begin_later(-shift_s);
+        let score = judge(cut, heard, &said, 0.0);
         Ok(if score.chatter {
             score.hit
         } else {
@@ -212,6 +209,7 @@ mod tests {
             samples: (0..2000).map(|n| (n as f32 * 0.7).sin()).collect(),
             chatter_s: vec![(0.5, 1.0)],
             chatter_hz: None,
+            reference: 0.1,
         }
     }
 

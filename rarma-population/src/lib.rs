@@ -12,6 +12,7 @@
 //!     tellings: vec![Told::None],
 //!     detectors: vec![0],
 //!     curve: false,
+//!     before: None,
 //!     numbers: VerdictConfig::default(),
 //!     variants: Vec::new(),
 //!     changed: false,
@@ -37,6 +38,7 @@ use changed::Flips;
 use detectors::{ALL, Recording, Said};
 use rarma_core::verdict::VerdictConfig;
 use rarma_plants::population::Cut;
+use rarma_plants::population::before::Before;
 use rarma_plants::population::heard::Heard;
 use score::{Score, judge};
 use sensitivity::Variant;
@@ -98,6 +100,8 @@ pub struct Asked {
     pub detectors: Vec<usize>,
     /// All thresholds of those, too, that have to listen anew for each.
     pub curve: bool,
+    /// What a box has heard before each cut; what is said is told in the cut's time.
+    pub before: Option<Before>,
     /// Numbers of the verdict.
     pub numbers: VerdictConfig,
     /// Other numbers that are tried beside them, with the first telling.
@@ -117,6 +121,14 @@ pub fn judged(seed: u64, asked: &Asked) -> Result<Judged, Defect> {
     let cut = Cut::draw(seed).map_err(failed)?;
     let drawn_s = clock.elapsed().as_secs_f64();
     let heard = cut.hear().map_err(failed)?;
+    let (mut before_s, mut alone_s) = (0.0, 0.0);
+    let mut all = heard.clone();
+    if let Some(before) = asked.before {
+        all.samples = before.samples(&cut, &heard).map_err(failed)?;
+        before_s = all.samples.len() as f64 / heard.fs_hz;
+        alone_s = before.alone_s();
+        all.samples.extend(&heard.samples);
+    }
     let played_s = clock.elapsed().as_secs_f64();
     let mut answers: Vec<Answer> = Vec::new();
     for place in &asked.detectors {
@@ -130,16 +142,18 @@ pub fn judged(seed: u64, asked: &Asked) -> Result<Judged, Defect> {
             let said = match last.take().filter(|_| !detector.asks_speed()) {
                 Some(same) => same,
                 None => {
-                    let speed = told.speed(&cut);
+                    let speed = told.speed(&cut).later(-before_s);
                     let aliased = cut.sensor.folds > 1;
-                    let mut recording = Recording::new(&heard, speed, cut.teeth(), aliased);
+                    let mut recording = Recording::new(&all, speed, cut.teeth(), aliased);
                     recording.numbers = asked.numbers;
-                    detector.listen(&recording, thresholds)?
+                    let mut said = detector.listen(&recording, thresholds)?;
+                    said.iter_mut().for_each(|said| said.begin_later(before_s));
+                    said
                 }
             };
             answers.extend(said.iter().enumerate().map(|(k, said)| Answer {
                 question: (*told, *place, k),
-                score: judge(&cut, &heard, said),
+                score: judge(&cut, &heard, said, alone_s),
                 said: said.clone(),
             }));
             last = Some(said);
@@ -168,4 +182,41 @@ pub fn judged(seed: u64, asked: &Asked) -> Result<Judged, Defect> {
         flips,
         took_s,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::detectors::named;
+
+    /// A cut that begins in air is called at the same time, whatever was heard of the room before.
+    #[test]
+    fn what_was_heard_before_shifts_nothing() {
+        let asked = |before| Asked {
+            tellings: vec![Told::Exact, Told::Live],
+            detectors: named("verdict").into_iter().collect(),
+            curve: false,
+            before,
+            numbers: VerdictConfig::default(),
+            variants: Vec::new(),
+            changed: false,
+        };
+        let mut called = 0;
+        for seed in 0..12 {
+            let alone = judged(seed, &asked(None)).expect("judged");
+            let after = judged(seed, &asked(Some(Before::Air))).expect("judged");
+            for (alone, after) in alone.answers.iter().zip(&after.answers) {
+                assert_eq!(alone.question, after.question);
+                assert_eq!(alone.score.quiet_s, after.score.quiet_s);
+                assert_eq!(alone.score.before, 0);
+                let on_s = |answer: &Answer| answer.said.alarms.first().map(|a| a.on_s);
+                if let (Some(alone), Some(after)) = (on_s(alone), on_s(after))
+                    && (alone - after).abs() < 0.051
+                {
+                    called += 1;
+                }
+            }
+        }
+        assert!(called >= 6, "{called}");
+    }
 }

@@ -66,11 +66,15 @@ pub fn page(seeds: (u64, u64), asked: &Asked, tally: &Tally) -> String {
         body.push_str("<h2>The same cuts, changed in ways that should not matter</h2>\n");
         body.push_str(&table(&changed::HEAD, &rows));
     }
+    let before = asked
+        .before
+        .map(|before| format!(", each after {}", before.name()));
     let headline = format!(
-        "{} cuts (seeds {} to {}), {} undecidable",
+        "{} cuts (seeds {} to {}){}, {} undecidable",
         tally.cuts,
         seeds.0,
         seeds.1 - 1,
+        before.unwrap_or_default(),
         tally.undecidable
     );
     sheet("Population", &headline, &body, env!("CARGO_PKG_VERSION"))

@@ -4,6 +4,7 @@ use super::changed::CHANGES;
 use super::detectors::ALL;
 use super::score::Sum;
 use super::{Answer, Asked, Judged, Tally, Told};
+use rarma_plants::population::before::Before;
 use serde_json::{Value, json};
 
 fn round(x: Option<f64>, digits: i32) -> Value {
@@ -46,7 +47,7 @@ fn figures(sum: &Sum) -> Value {
     json!({
         "cuts": sum.cuts, "chatters": sum.chatters, "detected": round(sum.detected(), 4),
         "called_or_warned": round(sum.told(), 4), "covered": round(sum.coverage(), 4),
-        "latency_s": round(sum.latency_s(), 3), "false_alarms": sum.false_alarms, "false_in_air": sum.false_in_air,
+        "latency_s": round(sum.latency_s(), 3), "false_alarms": sum.false_alarms, "false_in_air": sum.false_in_air, "alarmed_before": sum.alarmed_before,
         "quiet_h": round(Some(sum.quiet_h()), 4), "false_per_hour": round(sum.false_per_hour(), 2),
         "quiet_alarmed": round(sum.alarmed(), 4), "quiet_warned": round(sum.warned(), 4),
     })
@@ -99,7 +100,7 @@ pub fn summary(seeds: (u64, u64), asked: &Asked, tally: &Tally) -> Value {
         })
         .collect();
     json!({
-        "seeds": [seeds.0, seeds.1], "cuts": tally.cuts,
+        "seeds": [seeds.0, seeds.1], "heard_before": asked.before.map(Before::name), "cuts": tally.cuts,
         "chatters": tally.chatters, "undecidable": tally.undecidable, "curve": curve, "kinds": kinds,
         "sensitivity": sensitivity, "changed": changed,
     })

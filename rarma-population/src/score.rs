@@ -22,6 +22,9 @@ pub struct Score {
     pub false_alarms: u32,
     /// Of them, begun in air.
     pub false_in_air: u32,
+    /// Alarms begun before the recording of the cut, where something was heard before and nothing was cut; they are no
+    /// [`Self::false_alarms`].
+    pub before: u32,
     /// Clearly stable cutting, s.
     pub quiet_s: f64,
     /// Of it, in alarm, s.
@@ -34,8 +37,8 @@ fn overlap(a: (f64, f64), b: (f64, f64)) -> f64 {
     (a.1.min(b.1) - a.0.max(b.0)).max(0.0)
 }
 
-/// Judges what one setting of one detector said of one cut.
-pub fn judge(cut: &Cut, heard: &Heard, said: &Said) -> Score {
+/// Judges what one setting of one detector said of one cut. For so long before it, `alone_s`, nothing was cut.
+pub fn judge(cut: &Cut, heard: &Heard, said: &Said, alone_s: f64) -> Score {
     let chatter = &heard.chatter_s;
     let near = |from: f64, to: f64| {
         chatter
@@ -56,8 +59,10 @@ pub fn judge(cut: &Cut, heard: &Heard, said: &Said) -> Score {
         .alarms
         .iter()
         .map(|a| a.on_s)
-        .filter(|t| !near(*t, *t) && !cut.excuses(*t, *t))
+        .filter(|t| *t >= 0.0 && !near(*t, *t) && !cut.excuses(*t, *t))
         .collect();
+    let is_before = |t: f64| t < 0.0 && t >= -alone_s;
+    let before = said.alarms.iter().filter(|a| is_before(a.on_s)).count();
     let in_air = false_s.iter().filter(|t| cut.in_air(**t)).count();
     Score {
         chatter: !chatter.is_empty(),
@@ -67,6 +72,7 @@ pub fn judge(cut: &Cut, heard: &Heard, said: &Said) -> Score {
         latency_s: began.and_then(|t| first.map(|a| (a.on_s - t).max(0.0))),
         false_alarms: false_s.len() as u32,
         false_in_air: in_air as u32,
+        before: before as u32,
         quiet_s: quiet(0.0, cut.length_s()),
         alarmed_s: said.alarms.iter().map(|a| quiet(a.on_s, a.off_s)).sum(),
         warned_s: said.warnings_s.iter().map(|w| quiet(w.0, w.1)).sum(),
@@ -88,6 +94,8 @@ pub struct Sum {
     pub false_alarms: u32,
     /// Of them, begun in air.
     pub false_in_air: u32,
+    /// Cuts with an alarm before them, see [`Score::before`].
+    pub alarmed_before: u32,
     quiet_s: f64,
     alarmed_s: f64,
     warned_s: f64,
@@ -133,6 +141,7 @@ impl Sum {
         self.latencies_s.extend(score.latency_s);
         self.false_alarms += score.false_alarms;
         self.false_in_air += score.false_in_air;
+        self.alarmed_before += u32::from(score.before > 0);
         self.quiet_s += score.quiet_s;
         self.alarmed_s += score.alarmed_s;
         self.warned_s += score.warned_s;
@@ -208,14 +217,14 @@ mod tests {
                     .collect(),
                 warnings_s: Vec::new(),
             };
-            let score = judge(&cut, &heard, &perfect);
+            let score = judge(&cut, &heard, &perfect, 0.0);
             assert_eq!(score.false_alarms, 0, "{seed}");
             assert_eq!(score.hit, score.chatter);
             if score.chatter {
                 seen.0 += 1;
                 assert!((score.covered - 1.0).abs() < 1e-9);
             }
-            let silent = judge(&cut, &heard, &Said::default());
+            let silent = judge(&cut, &heard, &Said::default(), 0.0);
             assert!(!silent.hit && silent.covered == 0.0 && silent.false_alarms == 0);
             // An alarm over the whole recording is false where it begins with nothing to call.
             let always = Said {
@@ -226,7 +235,7 @@ mod tests {
                 }],
                 warnings_s: Vec::new(),
             };
-            let score = judge(&cut, &heard, &always);
+            let score = judge(&cut, &heard, &always, 0.0);
             let early = heard.chatter_s.first().is_some_and(|c| c.0 < SLACK_S);
             let nothing = !early && !cut.excuses(0.0, 0.0);
             assert_eq!(score.false_alarms, u32::from(nothing), "{seed}");

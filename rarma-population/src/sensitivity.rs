@@ -67,7 +67,7 @@ pub fn scores(
             Some(verdict) => verdict.listen(&changed, &[variant.numbers.call])?,
             None => Vec::new(),
         };
-        all.extend(said.iter().map(|said| judge(cut, heard, said)));
+        all.extend(said.iter().map(|said| judge(cut, heard, said, 0.0)));
     }
     Ok(all)
 }

@@ -178,6 +178,33 @@ impl From<Told> for rarma_population::Told {
     }
 }
 
+/// What a box has heard before a cut.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Before {
+    /// The room, for 4 s.
+    Air,
+    /// The room, and something that is hit, 30 dB louder than the cut at its peak.
+    Knock,
+    /// The room, and 3 s of compressed air, 15 dB louder than the cut.
+    Jet,
+    /// A dark hall for 5 s, then the machine is switched on.
+    Night,
+    /// The same cut, and the room for 2 s.
+    Cut,
+}
+
+impl From<Before> for rarma_plants::population::before::Before {
+    fn from(before: Before) -> Self {
+        match before {
+            Before::Air => Self::Air,
+            Before::Knock => Self::Knock,
+            Before::Jet => Self::Jet,
+            Before::Night => Self::Night,
+            Before::Cut => Self::Cut,
+        }
+    }
+}
+
 /// Options of `population`.
 #[derive(Debug, Clone, Args)]
 pub struct PopulationArgs {
@@ -201,6 +228,9 @@ pub struct PopulationArgs {
     /// noise 60 dB below it, or the order is another, with the first way the speed is told.
     #[arg(long)]
     pub changed: bool,
+    /// What the box has heard before each cut; times are told from the cut's first sample on.
+    #[arg(long, value_enum, conflicts_with_all = ["changed", "sensitivity"])]
+    pub heard_before: Option<Before>,
     /// The monitor at several damping thresholds, not at its usual one only.
     #[arg(long)]
     pub curve: bool,

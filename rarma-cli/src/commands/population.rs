@@ -29,6 +29,7 @@ pub(super) fn main(args: &PopulationArgs) -> Result<u8, Failure> {
         } else {
             Vec::new()
         },
+        before: args.heard_before.map(Into::into),
         numbers,
         changed: args.changed,
     };
@@ -90,6 +91,9 @@ fn words(asked: &Asked, tally: &Tally) {
     if !tally.sums.is_empty() {
         detectors(tally);
     }
+    if asked.before.is_some() {
+        before(tally);
+    }
     if !asked.variants.is_empty() {
         sensitivities(asked, tally);
     }
@@ -111,6 +115,22 @@ fn detectors(tally: &Tally) {
             ALL[*detector].name(),
             ALL[*detector].thresholds()[*k],
             sum.cells().join(" | ")
+        );
+    }
+}
+
+fn before(tally: &Tally) {
+    say!("");
+    say!("| speed | detector | threshold | cuts | with an alarm before the cut |");
+    say!("|---|---|---|---:|---:|");
+    for ((told, detector, k), sum) in &tally.sums {
+        say!(
+            "| {} | {} | {} | {} | {} |",
+            told.name(),
+            ALL[*detector].name(),
+            ALL[*detector].thresholds()[*k],
+            sum.cuts,
+            sum.alarmed_before
         );
     }
 }

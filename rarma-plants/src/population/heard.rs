@@ -43,6 +43,9 @@ pub struct Heard {
     /// Lowest and highest frequency of the strongest line of what the cut feeds
     /// while it can be heard, Hz: as recorded, folded where the sampler folds.
     pub chatter_hz: Option<(f64, f64)>,
+    /// Root of the mean square of the forced vibration in the band, while it cuts, parts of full scale: what the levels of
+    /// the room are over.
+    pub reference: f64,
 }
 
 /// A recording's part in the monitor's band, and its rate, Hz.
@@ -135,9 +138,10 @@ pub(super) fn hear(cut: &Cut) -> Result<Heard, PlantError> {
         })
         .collect();
     let all: Vec<f64> = all.into_iter().step_by(sensor.folds).collect();
+    let full_scale = sensor.full_scale(&all);
     let mut converter = Converter::new(
         ConverterConfig {
-            full_scale: sensor.full_scale(&all),
+            full_scale,
             bits: sensor.bits,
             dither: true,
         },
@@ -149,6 +153,7 @@ pub(super) fn hear(cut: &Cut) -> Result<Heard, PlantError> {
         samples: all.iter().map(|x| converter.convert(*x).value).collect(),
         chatter_hz: line::range_hz(&free.0, free.1, &chatter_s),
         chatter_s,
+        reference: reference / full_scale,
     })
 }
 

@@ -9,6 +9,7 @@
 //!
 //! Slow path: one cut takes tenths of a second.
 
+pub mod before;
 pub mod course;
 pub mod heard;
 mod line;

@@ -191,6 +191,13 @@ pub const NEIGHBOUR: (f64, Span, Span, Span) = (
     Span::even(-25.0, -3.0),
     Span::ratio(1e-4, 3e-3),
 );
+/// What a box may have heard before a cut, dB: something that is hit (110 to 120 dB of peak beside 80 to 90 dB of cutting), at
+/// its peak; compressed air; and what is left of the room at night.
+pub const LOUD_KNOCK_DB: f64 = 30.0;
+/// See [`LOUD_KNOCK_DB`].
+pub const LOUD_JET_DB: f64 = 15.0;
+/// See [`LOUD_KNOCK_DB`].
+pub const NIGHT_DB: f64 = -40.0;
 /// A tone of unknown origin this loud, dB, is as loud as the quietest chatter that counts
 /// ([`super::heard::AUDIBLE`] of the power), and where it is first heard in the cut nobody
 /// can tell which it is.

@@ -116,6 +116,23 @@ impl Room {
         }
     }
 
+    /// What is there in the first sample, for ever; nothing that is hit, blown or spoken.
+    pub(super) fn before(&self) -> Self {
+        let on = |tone: &Tone| Tone {
+            on_s: (f64::NEG_INFINITY, f64::INFINITY),
+            ..*tone
+        };
+        let is_on = |tone: &&Tone| tone.on_s.0 <= 0.0 && tone.on_s.1 > 0.0;
+        Self {
+            tones: self.tones.iter().filter(is_on).map(on).collect(),
+            knocks: Vec::new(),
+            jet: None,
+            speech: None,
+            neighbour: self.neighbour.as_ref().filter(is_on).map(on),
+            ..self.clone()
+        }
+    }
+
     /// Fans, pumps and the neighbour's chatter.
     pub(super) fn lines(&self) -> impl Iterator<Item = &Tone> {
         self.tones.iter().chain(&self.neighbour)

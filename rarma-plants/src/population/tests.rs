@@ -1,5 +1,6 @@
 //! The draw itself: that it repeats, covers its ranges, and that its truth is true.
 
+use super::before::Before;
 use super::ranges as r;
 use super::state::Cutting;
 use super::*;
@@ -305,4 +306,53 @@ fn driven_by_a_rigid_tool_a_turned_cut_far_beyond_its_limit_stands_still() {
         "{} {want}",
         last.position_m
     );
+}
+
+/// What was heard before: as loud as it says, over the forced vibration of the cut.
+#[test]
+fn what_was_heard_before_has_its_level() {
+    let rms =
+        |x: &[f32]| (x.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>() / x.len() as f64).sqrt();
+    let mut loud = 0;
+    for seed in 0..6 {
+        let cut = Cut::draw(seed).expect("drawn");
+        let heard = cut.hear().expect("heard");
+        // What is hit may ring above half the rate of a slow one.
+        if heard.fs_hz < 8000.0 {
+            continue;
+        }
+        let before = |before: Before| before.samples(&cut, &heard).expect("heard");
+        let s = |x: f64| (x * heard.fs_hz) as usize;
+        let air = before(Before::Air);
+        assert_eq!(air.len(), (4.0 * heard.fs_hz).round() as usize);
+        let (knock, jet, night) = (
+            before(Before::Knock),
+            before(Before::Jet),
+            before(Before::Night),
+        );
+        // As before until it is hit, at its loudest then, and quiet at the end.
+        let peak = |x: &[f32]| x.iter().fold(0.0, |m: f32, x| m.max(x.abs()));
+        let hit = f64::from(peak(&knock[s(1.0)..]));
+        let clips = hit > 0.99;
+        assert!(peak(&knock[..s(0.99)]) < 0.99 * peak(&knock[s(1.0)..]) || clips);
+        // It rings at up to 3 kHz with up to a tenth of damping: 14 % of its peak are lost at its first crest.
+        let wanted = 31.6 * heard.reference;
+        assert!(
+            clips || hit > 0.7 * wanted && hit < 1.6 * wanted,
+            "{seed}: {hit} {wanted}"
+        );
+        loud += u32::from(!clips);
+        assert!(rms(&jet[s(1.2)..s(3.8)]) > 3.0 * rms(&jet[s(4.2)..]) || clips);
+        // As far as the converter tells them apart.
+        let step = 0.5f64.powi(cut.sensor.bits as i32 - 1);
+        let day = rms(&night[s(5.1)..]);
+        assert!(rms(&night[..s(4.9)]) < 0.2 * day + step, "{seed}");
+        let again = before(Before::Cut);
+        assert_eq!(again[..heard.samples.len()], heard.samples[..]);
+        assert_eq!(
+            again.len(),
+            heard.samples.len() + (2.0 * heard.fs_hz).round() as usize
+        );
+    }
+    assert!(loud > 0);
 }

@@ -49,6 +49,18 @@ impl Said {
         }
     }
 
+    /// Time begins so much later, s.
+    pub(crate) fn begin_later(&mut self, by_s: f64) {
+        for alarm in &mut self.alarms {
+            alarm.on_s -= by_s;
+            alarm.off_s -= by_s;
+        }
+        for warning in &mut self.warnings_s {
+            warning.0 -= by_s;
+            warning.1 -= by_s;
+        }
+    }
+
     /// There may be chatter between two times, s.
     fn warns(&mut self, from_s: f64, to_s: f64) {
         match self.warnings_s.last_mut() {
