@@ -34,9 +34,6 @@ const JET_S: f64 = 3.0;
 const NIGHT_S: f64 = 5.0;
 
 impl Before {
-    /// All of them.
-    pub const ALL: [Self; 5] = [Self::Air, Self::Knock, Self::Jet, Self::Night, Self::Cut];
-
     /// Its name in tables.
     #[must_use]
     pub const fn name(self) -> &'static str {
