@@ -14,7 +14,7 @@ use crate::visit::state;
 
 /// Speeds: the told one times e^u, u in steps over ±[`SPAN`].
 const STEP: f64 = 0.001;
-const SPAN: f64 = 0.25;
+pub(super) const SPAN: f64 = 0.25;
 pub(super) const SPEEDS: usize = 501;
 /// A told speed is never less likely than this, natural logarithm: it may be quite wrong.
 const LEAST_PRIOR: f64 = -30.0;

@@ -106,17 +106,13 @@ impl<T: Real> Verdict<T> {
 
     /// Notices that the speed has changed. True while the new speed is searched for.
     fn follow_speed(&mut self, explained: T) -> bool {
-        let mut gliding = T::ZERO;
-        for (k, line) in self.lines.candidates().iter().enumerate() {
-            if self.tracks.of(k).slope.abs() > self.glide {
-                gliding += line.power * (T::ONE - self.forced[k.min(CANDIDATES - 1)]);
-            }
-        }
+        let lines = self.lines.candidates().iter();
+        let lines = lines.fold(T::ZERO, |sum, line| sum + line.power);
         let powers = Powers {
             explained,
             at_multiples: self.at_multiples(),
             total: self.frame.total,
-            gliding,
+            lines,
         };
         if !self.is_told {
             return false;

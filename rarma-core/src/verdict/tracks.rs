@@ -6,11 +6,14 @@ use super::lines::{CANDIDATES, SpectrumLine};
 use crate::real::Real;
 use crate::visit::state;
 
-const TRACKS: usize = 3 * CANDIDATES;
+pub(super) const TRACKS: usize = 3 * CANDIDATES;
 /// A line is the one of the window before if it is this near, in units of the resolution.
 const SAME: f64 = 1.2;
-/// A line that is missing in more windows than this is forgotten.
+/// A line that is missing in more windows than this is another one when it comes back.
 const MISSING: u8 = 3;
+/// Where a line was is known for so many windows: a turn of the rotation takes a window of five to be seen. Half and double:
+/// decision 67.
+const KNOWN: u8 = 8;
 /// The log-odds of being forced are averaged over this time, s.
 const MEMORY_S: f64 = 1.0;
 /// The same for a line that is called: loud chatter drowns the lines that tell of the speed, and
@@ -44,11 +47,14 @@ pub(super) struct Track<T> {
     /// Sum of the evidence.
     pub(super) evidence: T,
     /// Frequency from which its movement counts, Hz.
-    from_hz: T,
+    pub(super) from_hz: T,
+    /// Power when it was last seen.
+    pub(super) power: T,
 }
 
 state! { Track<T> {
-    f_hz, age_s, missing, seen, in_use, windows, slope, forced, features, suspect, evidence, from_hz
+    f_hz, age_s, missing, seen, in_use, windows, slope, forced, features, suspect, evidence, from_hz,
+    power
 } }
 
 impl<T: Real> Track<T> {
@@ -70,9 +76,9 @@ impl<T: Real> Track<T> {
         }
     }
 
-    /// ln of how far it has moved.
-    pub(super) fn moved(&self) -> T {
-        (self.f_hz / self.from_hz).ln()
+    /// It is followed still.
+    fn is_there(&self) -> bool {
+        self.in_use && self.missing <= MISSING
     }
 
     /// Features of this window: log-odds of its part of the rest, of being free, and level
@@ -118,6 +124,7 @@ impl<T: Real> Tracks<T> {
             suspect: T::ZERO,
             evidence: T::ZERO,
             from_hz: T::ZERO,
+            power: T::ZERO,
         }; TRACKS],
         of: [0; CANDIDATES],
     };
@@ -132,19 +139,15 @@ impl<T: Real> Tracks<T> {
             let mut best: Option<(usize, T)> = None;
             for (k, track) in self.tracks.iter().enumerate() {
                 let apart = (track.f_hz - line.f_hz).abs();
-                let free = track.in_use && !track.seen && apart < reach;
-                if free && best.is_none_or(|(_, nearest)| apart < nearest) {
+                let may_be = track.is_there() && !track.seen && apart < reach;
+                if may_be && best.is_none_or(|(_, nearest)| apart < nearest) {
                     best = Some((k, apart));
                 }
             }
             let k = match best {
                 Some((k, _)) => k,
                 None => {
-                    // There are three times as many as can be seen at once.
-                    let unused = self.tracks.iter().position(|track| !track.in_use);
-                    let k = unused
-                        .or_else(|| self.tracks.iter().position(|track| !track.seen))
-                        .unwrap_or(0);
+                    let k = Self::place(&self.tracks);
                     if let Some(track) = self.tracks.get_mut(k) {
                         *track = Track {
                             in_use: true,
@@ -166,22 +169,49 @@ impl<T: Real> Tracks<T> {
                 track.slope += T::from_f64(HOP_S / SLOPE_S) * (now - track.slope);
             }
             track.f_hz = line.f_hz;
+            track.power = line.power;
             track.age_s += T::from_f64(HOP_S);
             *of = k;
         }
         for track in self.tracks.iter_mut().filter(|track| !track.seen) {
             track.missing = track.missing.saturating_add(1);
-            if track.missing > MISSING {
+            if track.missing > KNOWN {
                 track.in_use = false;
             }
         }
     }
 
-    /// Movement counts from here on.
+    /// Room for a line: of none, or of the one that is missing for longest. There are three times as many as can be seen at
+    /// once.
+    fn place(tracks: &[Track<T>]) -> usize {
+        let unused = tracks.iter().position(|track| !track.in_use);
+        let unseen = tracks.iter().enumerate().filter(|(_, track)| !track.seen);
+        let longest = unseen.max_by_key(|(_, track)| track.missing);
+        unused.or(longest.map(|(k, _)| k)).unwrap_or(0)
+    }
+
+    /// Movement counts from here on; what is not there any more is forgotten.
     pub(super) fn anchor(&mut self) {
         for track in &mut self.tracks {
             track.from_hz = track.f_hz;
+            track.in_use = track.is_there();
         }
+    }
+
+    /// The rotation has been turned by this ratio, and what of it was not seen, too.
+    pub(super) fn turn(&mut self, ratio: T) {
+        for track in &mut self.tracks {
+            track.from_hz = if track.seen {
+                track.f_hz
+            } else {
+                track.from_hz * ratio
+            };
+        }
+    }
+
+    /// All that are there, or were a moment ago.
+    pub(super) fn known(&self) -> impl Iterator<Item = &Track<T>> {
+        self.tracks.iter().filter(|track| track.in_use)
     }
 
     /// The track of a candidate.
@@ -204,6 +234,6 @@ impl<T: Real> Tracks<T> {
         let half = T::from_f64(0.5);
         self.tracks
             .iter()
-            .filter(move |track| track.in_use && track.suspect > half)
+            .filter(move |track| track.is_there() && track.suspect > half)
     }
 }

@@ -1,24 +1,36 @@
 //! Whether the rotation has been turned: all its lines move by the same part, and nobody has told.
 //!
-//! By how much, its strongest line says; that line may as well be chatter near a multiple, which wanders by itself. Its
-//! other lines say whether they went with it. Where they do the belief holds both to be possible, and the votes of the
-//! next windows choose.
+//! By how much, its strongest line would say, if one knew which of those that are heard now it has become; and that one may as
+//! well be chatter near a multiple, which wanders by itself. Its other lines say: where they were there is nothing any more, and
+//! where they would have gone there is a line. Where they bear it out the belief holds both to be possible, and the votes of
+//! the next windows choose.
 
 use super::Verdict;
-use super::belief::LINE_SD;
+use super::belief::{LINE_SD, SPAN};
 use super::lines::CANDIDATES;
+use super::tracks::{TRACKS, Track};
 use crate::real::Real;
 
 /// It is asked once a line would have moved by so many deviations of its frequency: sooner it is noise that answers. Half and
 /// double of these numbers: decision 67.
 const MOVED: f64 = 2.5;
-/// The others went with the strongest line where they say so by 20 to 1.
-const TURNED: f64 = 3.0;
+/// The others went with the strongest line where they say so by 33 to 1.
+const TURNED: f64 = 3.5;
 /// What one line can say at the most, natural logarithm: it takes two that are surely forced.
 const MOST: f64 = 3.0;
 
+/// Where a line of the rotation was.
+#[derive(Debug, Clone, Copy, Default)]
+struct Place<T> {
+    hz: T,
+    /// Chance that the rotation made it.
+    forced: T,
+    /// Square of the deviations from there to the nearest line that is heard now.
+    stayed: T,
+}
+
 impl<T: Real> Verdict<T> {
-    /// Takes the movement of the strongest line of the rotation for a turn that may have been, where the others moved as it did.
+    /// Takes a movement of the rotation's lines for a turn that may have been, where they bear it out.
     pub(super) fn turn(&mut self) {
         // What grows or fades is no rotation that is turned.
         let is_steady = self.is_told && !self.comb.is_settling();
@@ -26,41 +38,80 @@ impl<T: Real> Verdict<T> {
             self.tracks.anchor();
             return;
         }
-        let (mut first, mut most, mut r) = (0, T::ZERO, T::ZERO);
-        let lines = self.lines.candidates();
-        for (k, line) in lines.iter().enumerate().take(CANDIDATES) {
-            let track = self.tracks.of(k);
-            let forced = line.power * track.was_forced();
-            if forced > most {
-                (first, most, r) = (k, forced, track.moved());
-            }
+        if let Some(ratio) = self.turned_by() {
+            self.belief.may_have_turned(ratio.ln());
+            self.tracks.turn(ratio);
         }
+    }
+
+    /// The ratio of the speeds, now over before, that the other lines bear out best; none where they bear out none.
+    fn turned_by(&self) -> Option<T> {
+        let power = |track: &Track<T>| track.power * track.was_forced();
+        let mut known = self.tracks.known();
+        let first = known.next()?;
+        let strongest = known.fold(first, |most, track| {
+            if power(track) > power(most) {
+                track
+            } else {
+                most
+            }
+        });
         let sd_hz = T::from_f64(LINE_SD) * self.resolution_hz;
-        let limit = T::from_f64(MOST);
-        let (mut word, mut moved) = (T::ZERO, T::ZERO);
-        for (k, line) in lines.iter().enumerate().take(CANDIDATES) {
-            let track = self.tracks.of(k);
-            let forced = track.was_forced();
-            moved = moved.max(forced * (r * line.f_hz / sd_hz).abs());
-            // Log-odds of two measured frequencies, each with that deviation.
-            let stayed = track.moved() * line.f_hz / sd_hz;
-            let went = (track.moved() - r) * line.f_hz / sd_hz;
-            let says = T::from_f64(0.25) * (stayed * stayed - went * went);
-            if k != first {
-                word += forced * says.clamp(-limit, limit);
+        let mut places = [Place::default(); TRACKS];
+        let others = self
+            .tracks
+            .known()
+            .filter(|t| !core::ptr::eq(*t, strongest));
+        // What they can say at the most, and the highest of them.
+        let (mut most, mut highest) = (T::ZERO, strongest.from_hz * strongest.was_forced());
+        for (place, track) in places.iter_mut().zip(others) {
+            let (hz, forced) = (track.from_hz, track.was_forced());
+            let stayed = self.nearest(hz, sd_hz);
+            *place = Place { hz, forced, stayed };
+            most += Self::says(place, T::ZERO);
+            highest = highest.max(hz * forced);
+        }
+        let mut best = (T::from_f64(TURNED), None);
+        if most < best.0 {
+            return None;
+        }
+        for line in self.lines.candidates().iter().take(CANDIDATES) {
+            let ratio = line.f_hz / strongest.from_hz;
+            let moved = highest * (ratio - T::ONE).abs();
+            if moved < T::from_f64(MOVED) * sd_hz || ratio.ln().abs() > T::from_f64(SPAN) {
+                continue;
+            }
+            let mut word = T::ZERO;
+            for place in places.iter().filter(|place| place.forced > T::ZERO) {
+                word += Self::says(place, self.nearest(place.hz * ratio, sd_hz));
+            }
+            if word > best.0 {
+                best = (word, Some(ratio));
             }
         }
-        if moved > T::from_f64(MOVED) && word > T::from_f64(TURNED) {
-            self.belief.may_have_turned(r);
-            self.tracks.anchor();
-        }
+        best.1
+    }
+
+    /// Log-odds that a line has gone from one frequency to another, each measured with that deviation; `went` is the square of
+    /// the deviations from the other to the nearest line.
+    fn says(place: &Place<T>, went: T) -> T {
+        T::from_f64(0.25) * place.forced * (place.stayed - went)
+    }
+
+    /// Square of the deviations to the nearest line, as far as it counts.
+    fn nearest(&self, hz: T, sd_hz: T) -> T {
+        let lines = self.lines.candidates().iter();
+        lines.fold(T::from_f64(4.0 * MOST), |least, line| {
+            let off = (line.f_hz - hz) / sd_hz;
+            least.min(off * off)
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::verdict::{Listening, VerdictConfig};
+    use crate::verdict::{HOP_S, Listening, VerdictConfig};
     use core::f64::consts::TAU;
 
     const FS: f64 = 6000.0;
@@ -118,6 +169,24 @@ mod tests {
                 let nearest = (0..8).map(|k| off(t - 0.05 * f64::from(k)));
                 let nearest = nearest.fold(f64::INFINITY, f64::min);
                 assert!(nearest < 0.004, "{part}: {hz} at {t}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_speed_that_is_turned_far_is_found_again_by_all_lines() {
+        // The overtones pass more than a line's breadth between two windows: none of them is followed.
+        for part in [0.012, -0.012, 0.05, -0.05, 0.13, -0.13] {
+            let turned = |t: f64| part * ((t - 3.0) / 0.2).clamp(0.0, 1.0);
+            let speeds = believed(turned, |_| 0.0);
+            // From 0.8 s after it has come to rest.
+            for (n, hz) in speeds.iter().enumerate().skip((2.0 / HOP_S) as usize) {
+                let off = hz / (60.0 * (1.0 + part)) - 1.0;
+                assert!(
+                    off.abs() < 0.003,
+                    "{part}: {hz} at {}",
+                    2.0 + 0.05 * n as f64
+                );
             }
         }
     }
