@@ -8,7 +8,7 @@
 use super::Verdict;
 use super::belief::{LINE_SD, SPAN};
 use super::lines::CANDIDATES;
-use super::tracks::{TRACKS, Track};
+use super::tracks::TRACKS;
 use crate::real::Real;
 
 /// It is asked once a line would have moved by so many deviations of its frequency: sooner it is noise that answers. Half and
@@ -46,37 +46,32 @@ impl<T: Real> Verdict<T> {
 
     /// The ratio of the speeds, now over before, that the other lines bear out best; none where they bear out none.
     fn turned_by(&self) -> Option<T> {
-        let power = |track: &Track<T>| track.power * track.was_forced();
-        let mut known = self.tracks.known();
-        let first = known.next()?;
-        let strongest = known.fold(first, |most, track| {
-            if power(track) > power(most) {
-                track
-            } else {
-                most
-            }
-        });
         let sd_hz = T::from_f64(LINE_SD) * self.resolution_hz;
         let mut places = [Place::default(); TRACKS];
-        let others = self
-            .tracks
-            .known()
-            .filter(|t| !core::ptr::eq(*t, strongest));
-        // What they can say at the most, and the highest of them.
-        let (mut most, mut highest) = (T::ZERO, strongest.from_hz * strongest.was_forced());
-        for (place, track) in places.iter_mut().zip(others) {
-            let (hz, forced) = (track.from_hz, track.was_forced());
-            let stayed = self.nearest(hz, sd_hz);
-            *place = Place { hz, forced, stayed };
+        let (mut strongest, mut highest) = ((T::ZERO, 0), T::ZERO);
+        for (k, (place, track)) in places.iter_mut().zip(self.tracks.known()).enumerate() {
+            (place.hz, place.forced) = (track.from_hz, track.was_forced());
+            highest = highest.max(place.hz * place.forced);
+            let power = track.power * place.forced;
+            if power > strongest.0 {
+                strongest = (power, k);
+            }
+        }
+        // It has no word about itself.
+        let first = places.get_mut(strongest.1)?;
+        let from_hz = first.hz;
+        first.forced = T::ZERO;
+        let mut most = T::ZERO;
+        for place in places.iter_mut().filter(|place| place.forced > T::ZERO) {
+            place.stayed = self.nearest(place.hz, sd_hz);
             most += Self::says(place, T::ZERO);
-            highest = highest.max(hz * forced);
         }
         let mut best = (T::from_f64(TURNED), None);
         if most < best.0 {
             return None;
         }
         for line in self.lines.candidates().iter().take(CANDIDATES) {
-            let ratio = line.f_hz / strongest.from_hz;
+            let ratio = line.f_hz / from_hz;
             let moved = highest * (ratio - T::ONE).abs();
             if moved < T::from_f64(MOVED) * sd_hz || ratio.ln().abs() > T::from_f64(SPAN) {
                 continue;
@@ -100,11 +95,13 @@ impl<T: Real> Verdict<T> {
 
     /// Square of the deviations to the nearest line, as far as it counts.
     fn nearest(&self, hz: T, sd_hz: T) -> T {
+        let most = T::from_f64(4.0 * MOST);
         let lines = self.lines.candidates().iter();
-        lines.fold(T::from_f64(4.0 * MOST), |least, line| {
-            let off = (line.f_hz - hz) / sd_hz;
-            least.min(off * off)
-        })
+        let off_hz = lines.fold(most * sd_hz, |least, line| {
+            least.min((line.f_hz - hz).abs())
+        });
+        let off = off_hz / sd_hz;
+        (off * off).min(most)
     }
 }
 
