@@ -586,20 +586,6 @@ pub const MISSED: &[Missed] = &[
         why: "two lines 3 Hz apart beat once in 0.33 s, and the mode takes 0.32 s to forget",
     },
     Missed {
-        bar: "override, long: with an alarm, 1650 Hz, told",
-        asked: 0.0..=0.0,
-        got: 2.0..=2.0,
-        test: "override_steps::an_override_raises_no_alarm_and_hides_no_chatter_long",
-        why: "too few lines of the rotation lie in the band to bear out that it has been turned",
-    },
-    Missed {
-        bar: "override, long: before chatter, 1650 Hz, told",
-        asked: 0.0..=0.0,
-        got: 2.0..=2.0,
-        test: "override_steps::an_override_raises_no_alarm_and_hides_no_chatter_long",
-        why: "too few lines of the rotation lie in the band to bear out that it has been turned",
-    },
-    Missed {
         bar: "override, long: with an alarm, 1650 Hz, not told",
         asked: 0.0..=0.0,
         got: 2.0..=2.0,
