@@ -126,8 +126,8 @@ numbers! {
     unheard_idle_db: 15.0, 0.0..=40.0;
     /// ln of the fluctuation S of the line's power within the window, above which it
     /// speaks against.
-    fluctuation: -0.65, -5.0..=2.0;
-    /// lg of the level over the loudest heard, below which it speaks against.
+    fluctuation: -0.7, -5.0..=2.0;
+    /// lg of the level over the loudest heard of late, below which it speaks against.
     level: -0.17, -3.0..=0.0;
     /// Standard deviation of a told speed, as a part of it.
     told_sd: 0.01, 0.001..=0.03;

@@ -121,7 +121,7 @@ pub struct Verdict<T> {
     glide: T,
     resolution_hz: T,
     angle: T,
-    /// Power of the band: the largest so far, the smoothed one, and the least of that.
+    /// Power of the band: the loudest of late, the smoothed one, and the least of that.
     loudest: T,
     smooth: T,
     quietest: T,

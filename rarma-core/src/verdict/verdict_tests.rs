@@ -121,6 +121,31 @@ fn a_lone_tooth_line_at_the_told_speed_is_not_called() {
     assert!(forced > 0.8, "{forced}");
 }
 
+/// A clamp or a door is hit while the machine idles, at its peak 30 dB louder than the cut to come two seconds later.
+#[test]
+fn a_knock_before_the_cut_does_not_hide_chatter() {
+    const BEFORE_S: f64 = 2.0;
+    let mut state = 11;
+    let idle = (0..(BEFORE_S * FS) as usize).map(|n| {
+        let since_s = n as f64 / FS - 1.0;
+        let knock = if since_s < 0.0 {
+            0.0
+        } else {
+            60.0 * (-since_s / 0.02).exp() * (TAU * 530.0 * since_s).sin()
+        };
+        knock + 0.01 * noise(&mut state)
+    });
+    let cut = Cut::new(180.0, (811.0, 2.0));
+    let mut verdict =
+        Verdict::<f32>::new(&VerdictConfig::default(), &told(Some(60.0), 3)).expect("in range");
+    let called_s = idle.chain(cut.samples()).enumerate().find_map(|(n, x)| {
+        let judgement = verdict.process(x as f32)?;
+        judgement.chatter.then_some(n as f64 / FS - BEFORE_S)
+    });
+    let called_s = called_s.expect("called");
+    assert!((1.2..2.2).contains(&called_s), "{called_s}");
+}
+
 /// In a ramp the teeth's lines glide out of the belief's reach.
 #[test]
 fn a_speed_that_is_turned_untold_is_not_called() {

@@ -21,6 +21,9 @@ const QUITE_STEADY: f64 = -4.6;
 /// Smoothing of the quietest level, s, and forgetting of the loudest in a window.
 const LEVEL_S: f64 = 0.3;
 const LOUDEST: f64 = 0.999;
+/// The loudest rises by no more than this from one window to the next (2 dB, 40 dB a second): a cut lasts, a door or a clamp that
+/// is hit is heard for a few windows. Half and double: decision 67.
+const RISE: f64 = 1.58;
 
 /// Which slice of the work is next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -145,10 +148,12 @@ impl<T: Real> Verdict<T> {
 
     fn note_level(&mut self) {
         let level = self.frame.total;
-        self.loudest = (self.loudest * T::from_f64(LOUDEST)).max(level);
         if self.smooth == T::ZERO {
             self.smooth = level;
+            self.loudest = level;
         }
+        let reached = level.min(self.loudest * T::from_f64(RISE));
+        self.loudest = (self.loudest * T::from_f64(LOUDEST)).max(reached);
         self.smooth += T::from_f64(HOP_S / LEVEL_S) * (level - self.smooth);
         self.quietest = if self.frame.learns_idle() {
             self.quietest.min(self.smooth)
