@@ -110,6 +110,21 @@ fn what_is_nothing_of_ours_is_named() {
         ..head()
     };
     assert_eq!(records(MONITOR, &when), Err(ConvertError::NoTime));
+    // A speed that was ordered from none is no number, and no record.
+    let stood = ORDERED.replace("100.0", "0.0").replace("90.0", "0.0");
+    let from_0 = [
+        BEGINS,
+        (1.5, PROPOSED),
+        (1.6, &stood),
+        (1.9, ARRIVED),
+        (2.2, r#""act":"quiet""#),
+    ];
+    assert!(
+        records(&log(0.0, &from_0), &head())
+            .unwrap_err()
+            .to_string()
+            .contains("\"rpm\"")
+    );
     let none = r#"{"findings":{"stiffness":null},"radius_mm":150}"#;
     assert!(
         records(none, &head())

@@ -8,7 +8,7 @@ mod monitor;
 mod rigs;
 
 use crate::record::{
-    Body, Id, MOST_NUMBER, Name, NameError, Record, SCHEMA, Utc, session_of_bytes,
+    Body, Id, MOST_NUMBER, Name, NameError, Record, RecordError, SCHEMA, Utc, session_of_bytes,
 };
 use serde_json::Value;
 
@@ -47,6 +47,9 @@ pub enum ConvertError {
     /// A text that cannot be a name.
     #[error(transparent)]
     Name(#[from] NameError),
+    /// A number of a record is none, or out of its range: a ratio to 0, or a sum beyond all numbers.
+    #[error(transparent)]
+    Record(#[from] RecordError),
     /// There is nothing in it to keep.
     #[error("{0}")]
     Nothing(&'static str),
@@ -56,7 +59,7 @@ pub enum ConvertError {
 ///
 /// They are named by the content and by what `head` tells: the same file with the same machine and time gives
 /// the same records, and is taken once. A log is named run by run, so that one that has grown gives the same records of
-/// what was there before.
+/// what was there before. Every record is sound ([`Record::check`]), or there is none.
 ///
 /// # Errors
 /// [`ConvertError`].
@@ -66,16 +69,19 @@ pub fn records(text: &str, head: &Head) -> Result<Vec<Record>, ConvertError> {
         values.push(value.map_err(|e| ConvertError::Json(e.to_string()))?);
     }
     let first = values.first().ok_or(ConvertError::Nothing("it is empty"))?;
-    if act::is_log(first) {
+    let all: Vec<Record> = if act::is_log(first) {
         let runs = act::runs(&values)?;
         let named = |run: &act::Run| format!("{}\n{} {}", run.name, head.machine, head.sender);
         let all = runs.into_iter().map(|run| (named(&run), run.said));
         let all = all.flat_map(|(named, said)| numbered(&named, said, head));
-        return Ok(all.collect());
-    }
-    let time = head.time.ok_or(ConvertError::NoTime)?;
-    let named = format!("{text}\n{} {time} {}", head.machine, head.sender);
-    Ok(numbered(&named, said(&values, time)?, head).collect())
+        all.collect()
+    } else {
+        let time = head.time.ok_or(ConvertError::NoTime)?;
+        let named = format!("{text}\n{} {time} {}", head.machine, head.sender);
+        numbered(&named, said(&values, time)?, head).collect()
+    };
+    all.iter().try_for_each(Record::check)?;
+    Ok(all)
 }
 
 /// Records in the order in which they are said; their session is that of what names them.

@@ -1,6 +1,6 @@
 //! What types cannot say of a record: numbers that are numbers, in their ranges, and few enough.
 
-use super::{Body, MOST_NUMBER, Record, SCHEMA};
+use super::{Body, MOST_NUMBER, Record, RecordError, SCHEMA};
 
 /// Most modes of a verdict, and most speeds of an advice.
 const MOST_SHORT: usize = 8;
@@ -15,8 +15,13 @@ impl Record {
     /// Is every number one, in its range?
     ///
     /// # Errors
-    /// The field, and what is wrong with it.
-    pub fn check(&self) -> Result<(), Wrong> {
+    /// [`RecordError::Value`]: the field, and what is wrong with it.
+    pub fn check(&self) -> Result<(), RecordError> {
+        self.checked()
+            .map_err(|(field, why)| RecordError::Value { field, why })
+    }
+
+    fn checked(&self) -> Result<(), Wrong> {
         if self.schema == 0 || self.schema > SCHEMA {
             return Err(("schema", "is not a version of this program"));
         }

@@ -60,7 +60,7 @@ pub fn from_line(line: &str) -> Result<Record, RecordError> {
         Some(_) => {}
     }
     let record: Record = serde_json::from_str(line).map_err(form)?;
-    check(&record)?;
+    record.check()?;
     Ok(record)
 }
 
@@ -69,17 +69,11 @@ pub fn from_line(line: &str) -> Result<Record, RecordError> {
 /// # Errors
 /// [`RecordError::Value`] for a number that is none or out of range: JSON has no NaN.
 pub fn to_line(record: &Record) -> Result<String, RecordError> {
-    check(record)?;
+    record.check()?;
     let line = serde_json::to_string(record).map_err(|e| RecordError::Form(e.to_string()))?;
     if line.len() > MOST_LINE {
         Err(RecordError::Long(line.len()))
     } else {
         Ok(line)
     }
-}
-
-fn check(record: &Record) -> Result<(), RecordError> {
-    record
-        .check()
-        .map_err(|(field, why)| RecordError::Value { field, why })
 }

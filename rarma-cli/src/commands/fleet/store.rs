@@ -195,9 +195,6 @@ fn add_converted(
         ConvertError::NoTime => needs(),
         why => wrong(&why),
     })?;
-    if let Some((field, why)) = records.iter().find_map(|r| r.check().err()) {
-        return Err(wrong(&format!("the field \"{field}\" {why}")));
-    }
     let taken = opened
         .store
         .add(&records)
