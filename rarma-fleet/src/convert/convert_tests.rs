@@ -110,6 +110,10 @@ fn what_is_nothing_of_ours_is_named() {
         ..head()
     };
     assert_eq!(records(MONITOR, &when), Err(ConvertError::NoTime));
+    // What it repeats of a file stays one line.
+    let state = r#"{"summary":{"alarms":[],"state_seconds":{"id\nle":1.0},"spindle":{}}}"#;
+    let why = records(state, &head()).unwrap_err().to_string();
+    assert!(why.contains(r#""id\nle""#) && !why.contains('\n'), "{why}");
     // A speed that was ordered from none is no number, and no record.
     let stood = ORDERED.replace("100.0", "0.0").replace("90.0", "0.0");
     let from_0 = [

@@ -28,8 +28,8 @@ fn stretches(summary: &Value, start: Utc) -> Result<Vec<(Utc, Body)>, ConvertErr
     let seconds = summary["state_seconds"].as_object();
     let seconds = seconds.ok_or_else(|| ConvertError::Field("state_seconds".to_owned()))?;
     let stretch = |(state, seconds): (&String, &Value)| {
-        let state =
-            State::of_name(state).ok_or_else(|| ConvertError::Field(format!("state {state}")))?;
+        let state = State::of_name(state)
+            .ok_or_else(|| ConvertError::Field(format!("the state {state:?}")))?;
         let seconds = seconds
             .as_f64()
             .ok_or_else(|| ConvertError::Field("state_seconds".to_owned()))?;
