@@ -126,7 +126,7 @@ numbers! {
     unheard_idle_db: 15.0, 0.0..=40.0;
     /// ln of the fluctuation S of the line's power within the window, above which it
     /// speaks against.
-    fluctuation: -0.7, -5.0..=2.0;
+    fluctuation: -0.67, -5.0..=2.0;
     /// lg of the level over the loudest heard of late, below which it speaks against.
     level: -0.17, -3.0..=0.0;
     /// Standard deviation of a told speed, as a part of it.
