@@ -242,8 +242,17 @@ impl<T: Real, const N: usize> UdFactors<T, N> {
         let (mut xx, mut yy) = (T::ZERO, T::ZERO);
         for j in 0..n {
             let (mut f, mut g) = (x[j], y[j]);
-            let column = &self.u[j][..j.min(used)];
-            for ((u, x), y) in column.iter().zip(x).zip(y) {
+            // Four at a time: a sum and a loop's end for each would take as long as the products.
+            let (fours, rest) = self.u[j][..j.min(used)].as_chunks::<4>();
+            let ((x4, _), (y4, _)) = (x.as_chunks::<4>(), y.as_chunks::<4>());
+            for ((u, x), y) in fours.iter().zip(x4).zip(y4) {
+                for i in 0..4 {
+                    f += u[i] * x[i];
+                    g += u[i] * y[i];
+                }
+            }
+            let left = x.iter().zip(y).skip(4 * fours.len());
+            for (u, (x, y)) in rest.iter().zip(left) {
                 f += *u * *x;
                 g += *u * *y;
             }

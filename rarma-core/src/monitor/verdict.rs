@@ -7,7 +7,7 @@ use crate::decide::{
     AlarmEvent, CUT_RATIO, Callers, Mode, Origin, Reading, Reason, SAME_MODE, Sight, State,
 };
 use crate::real::Real;
-use crate::spectrum::modal;
+use crate::spectrum::{Modal, modal};
 
 /// Factor on the share of power of a mode, as long as the machine has not been heard idling: it may be a tone of
 /// the machine.
@@ -76,7 +76,7 @@ impl<T: Real> Monitor<T> {
         let mut modes = [None; MAX_MODES];
         if ready {
             let mut readings = [None; MAX_MODES];
-            self.find_again();
+            let found = self.find_again();
             self.places.age(self.period_s);
             let locked = self.spindle.is_locked();
             if locked != self.was_locked {
@@ -88,8 +88,9 @@ impl<T: Real> Monitor<T> {
             }
             self.onset.note(self.rest_power, self.power, self.period_s);
             let modes_of_model = self.identifier.factors().len();
-            for (k, place) in readings.iter_mut().enumerate().take(modes_of_model) {
-                *place = self.read_mode(k);
+            let places = readings.iter_mut().zip(found).take(modes_of_model);
+            for (k, (place, modal)) in places.enumerate() {
+                *place = self.read_mode(k, modal);
             }
             self.judge_modes(&mut readings, &mut modes);
             self.watch_lines(cutting);
@@ -234,13 +235,14 @@ impl<T: Real> Monitor<T> {
             .note(self.spindle.removed(), self.power, changing, self.period_s);
     }
 
-    /// Keeps each mode's memory with its frequency: where poles have changed places since the last decision, their
-    /// slots are swapped.
-    fn find_again(&mut self) {
-        let mut found = [None; MAX_MODES];
-        for (place, factor) in found.iter_mut().zip(self.identifier.factors()) {
-            *place = modal(factor, self.fs).map(|mode| mode.frequency);
+    /// The modes of the model; none for real roots. Keeps each mode's memory with its frequency: where poles have
+    /// changed places since the last decision, their slots are swapped.
+    fn find_again(&mut self) -> [Option<Modal<T>>; MAX_MODES] {
+        let mut modes = [None; MAX_MODES];
+        for (mode, factor) in modes.iter_mut().zip(self.identifier.factors()) {
+            *mode = modal(factor, self.fs);
         }
+        let found = modes.map(|mode| mode.map(|mode| mode.frequency));
         for k in 0..MAX_MODES {
             let Some(frequency) = found.get(k).copied().flatten() else {
                 continue;
@@ -258,14 +260,15 @@ impl<T: Real> Monitor<T> {
                 self.slots.swap(k, j);
             }
         }
+        modes
     }
 
     /// Mode `k` as it is now, and the power at it; none for real roots.
-    fn read_mode(&mut self, k: usize) -> Option<(Reading<T>, T)> {
+    fn read_mode(&mut self, k: usize, modal: Option<Modal<T>>) -> Option<(Reading<T>, T)> {
         let knows_speed = self.knows_speed();
         let factor = *self.identifier.factors().get(k)?;
         let slot = self.slots.get_mut(k)?;
-        let Some(modal) = modal(&factor, self.fs) else {
+        let Some(modal) = modal else {
             slot.reset();
             return None;
         };

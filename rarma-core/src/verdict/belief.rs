@@ -380,6 +380,8 @@ impl<T: Real> Belief<T> {
         let high = weight * spacing / (self.sd_hz * T::from_f64(2.5066));
         let at = |u: T| (u + span) * T::from_f64(1.0 / STEP);
         let to_index = |u: T| at(u).clamp(T::ZERO, T::from_u32(SPEEDS as u32 - 1));
+        let (half, dr) = (T::from_f64(-0.5), T::from_f64(STEP) * f_hz / self.sd_hz);
+        let bend = (-dr * dr).exp();
         while k <= last {
             // Speeds whose k-th multiple lies near the line.
             let u = (order / k).ln();
@@ -391,11 +393,9 @@ impl<T: Real> Belief<T> {
                 // e^(−r²/2) at equal steps of r, each from the one before. r = (f − kfₙ)/sd is as
                 // good as straight within the reach.
                 let first = T::from_f64(STEP) * (T::from_u32(from as u32) - at(u)) * f_hz;
-                let (r, dr) = (first / self.sd_hz, T::from_f64(STEP) * f_hz / self.sd_hz);
-                let half = T::from_f64(-0.5);
+                let r = first / self.sd_hz;
                 let mut bell = high * (T::ONE + Self::u(from)) * (half * r * r).exp();
                 let mut ratio = (half * dr * (r + r + dr)).exp();
-                let bend = (-dr * dr).exp();
                 for mixed in near {
                     *mixed += bell;
                     bell *= ratio;

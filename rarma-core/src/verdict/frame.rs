@@ -241,21 +241,22 @@ impl<T: Real> Frame<T> {
         FRAME / PUT + transform + HALF / 2 / PAIRS + HALF / BINS + 8
     }
 
-    /// One slice; whether the spectrum is ready.
-    pub(super) fn work(&mut self) -> bool {
+    /// So many slices, but not beyond the end of what is being done; whether the spectrum is ready.
+    pub(super) fn work(&mut self, slices: usize) -> bool {
         self.phase = match self.phase {
-            Phase::Fill(at) => self.fill(at),
-            Phase::Transform if self.fft.transform(BUTTERFLIES) => Phase::Unpack,
-            Phase::Unpack if self.fft.unpack(PAIRS) => Phase::Smooth(self.bins.0),
-            Phase::Smooth(at) => self.smooth(at),
+            Phase::Fill(at) => self.fill(at, slices),
+            Phase::Transform if self.fft.transform(BUTTERFLIES * slices) => Phase::Unpack,
+            Phase::Unpack if self.fft.unpack(PAIRS * slices) => Phase::Smooth(self.bins.0),
+            Phase::Smooth(at) => self.smooth(at, slices),
             as_it_is => as_it_is,
         };
         self.phase == Phase::Done
     }
 
-    fn fill(&mut self, at: usize) -> Phase {
+    fn fill(&mut self, at: usize, slices: usize) -> Phase {
         let half = T::from_f64(0.5);
-        for i in at..at + PUT {
+        let end = (at + PUT * slices).min(FRAME);
+        for i in at..end {
             if i < self.window {
                 let (c, s) = self.turn;
                 self.fft.put(i, self.sample(i) * (half - half * c));
@@ -265,15 +266,15 @@ impl<T: Real> Frame<T> {
                 self.fft.put(i, T::ZERO);
             }
         }
-        if at + PUT >= FRAME {
-            Phase::Transform
+        if end < FRAME {
+            Phase::Fill(end)
         } else {
-            Phase::Fill(at + PUT)
+            Phase::Transform
         }
     }
 
-    fn smooth(&mut self, at: usize) -> Phase {
-        let end = (at + BINS).min(self.bins.1);
+    fn smooth(&mut self, at: usize, slices: usize) -> Phase {
+        let end = (at + BINS * slices).min(self.bins.1);
         let (least, most) = (T::from_f64(1e-30), T::from_f64(1e30));
         let mut product = T::ONE;
         for k in at..end {

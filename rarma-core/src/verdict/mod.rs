@@ -340,6 +340,11 @@ impl<T: Real> Verdict<T> {
             self.frame.begin();
             self.stage = Stage::Spectrum;
         }
+        // Most of the slices are of the spectrum: those of a sample are done in one go.
+        if self.stage == Stage::Spectrum {
+            self.stage = self.work_on_spectrum(self.pace);
+            return None;
+        }
         for _ in 0..self.pace {
             if self.stage == Stage::Wait {
                 return None;

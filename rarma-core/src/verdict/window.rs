@@ -94,18 +94,22 @@ impl<T: Real> State<T> for Stage {
 }
 
 impl<T: Real> Verdict<T> {
+    /// So many slices of the spectrum; what is next.
+    #[inline(always)]
+    pub(super) fn work_on_spectrum(&mut self, slices: usize) -> Stage {
+        if !self.frame.work(slices) {
+            return Stage::Spectrum;
+        }
+        self.note_level();
+        self.lines.begin();
+        Stage::Scan(self.frame.bins.0)
+    }
+
     /// One slice; the next one.
     pub(super) fn work(&mut self) -> Stage {
         match self.stage {
             Stage::Wait => Stage::Wait,
-            Stage::Spectrum => {
-                if !self.frame.work() {
-                    return Stage::Spectrum;
-                }
-                self.note_level();
-                self.lines.begin();
-                Stage::Scan(self.frame.bins.0)
-            }
+            Stage::Spectrum => self.work_on_spectrum(1),
             Stage::Scan(bin) => {
                 let turn_hz = self.belief().map(Belief::turn_hz);
                 self.lines.scan(&self.frame, bin, bin + SCANNED, turn_hz);

@@ -50,6 +50,11 @@ const LN_SPLIT: f64 = -9.2;
 /// nobody told that must be hits.
 const LEAST_FILLED: f64 = 0.3;
 
+/// Least lines of a spacing nobody told.
+pub(super) const COMB_HITS: u32 = 3;
+/// Least lines of a spacing near the told one.
+pub(super) const TOLD_HITS: u32 = 2;
+
 /// How well a spacing explains the peaks.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Score<T> {
@@ -85,6 +90,19 @@ impl<T: Real> Peaks<T> {
         let n = (peak.bin / spacing).round();
         let off = (peak.bin - n * spacing).abs();
         (n >= T::ONE && off <= T::from_f64(TOLERANCE_BINS)).then_some(n)
+    }
+
+    /// How many peaks are on a multiple of `spacing`: what most spacings are told from a comb by, at a fraction of
+    /// [`Self::score`]. A quotient by 1/spacing names another multiple than [`Self::multiple`] only half way
+    /// between two, where no hit is.
+    pub fn hits(&self, spacing: T) -> u32 {
+        let inverse = T::ONE / spacing;
+        let near = |peak: &&Peak<T>| {
+            let n = (peak.bin * inverse).round();
+            let off = (peak.bin - n * spacing).abs();
+            n >= T::ONE && off <= T::from_f64(TOLERANCE_BINS)
+        };
+        self.as_slice().iter().filter(near).count() as u32
     }
 
     /// Counts the hits on multiples of `spacing`, where it came from a peak on one
@@ -150,7 +168,7 @@ impl<T: Real> Peaks<T> {
     /// Whether a score is that of a comb nobody told of: three lines, and not so few
     /// among so many multiples that a small spacing merely fits everything.
     pub fn is_comb(score: &Score<T>) -> bool {
-        score.hits >= 3 && score.filled >= T::from_f64(LEAST_FILLED)
+        score.hits >= COMB_HITS && score.filled >= T::from_f64(LEAST_FILLED)
     }
 
     /// Least squares of a spacing through its hits, and the error of it: that of the

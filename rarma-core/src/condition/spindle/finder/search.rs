@@ -3,7 +3,7 @@
 //! Words: *candidate*, a spacing that puts a peak on a multiple; *blind*, without a
 //! told speed or after its neighbourhood has shown nothing.
 
-use super::comb::{Multiples, Score};
+use super::comb::{COMB_HITS, Multiples, Score, TOLD_HITS};
 use super::peaks::Peaks;
 use super::{CHANCE_BLIND, CHANCE_TOLD, Comb, Finding, Phase, SpeedFinder, TOLD_RANGE};
 use crate::real::Real;
@@ -50,12 +50,15 @@ impl<T: Real> SpeedFinder<T> {
         let range = T::from_f64(TOLD_RANGE);
         let (lo, hi) = (told * (T::ONE - range), told * (T::ONE + range));
         if let Some((from, spacing)) = self.next_candidate(lo, hi) {
+            if self.peaks.hits(spacing) < TOLD_HITS {
+                return None;
+            }
             let mut score = self.peaks.score(spacing, Some(from), Multiples::All);
             if let Some(teeth) = self.teeth {
                 let few = self.peaks.score(spacing, Some(from), Multiples::Of(teeth));
                 score.ln_chance = score.ln_chance.min(few.ln_chance + T::from_f64(2.0).ln());
             }
-            if score.hits >= 2 && self.better(&score) && self.peaks.through_origin(&score) {
+            if self.better(&score) && self.peaks.through_origin(&score) {
                 self.best = Some(score);
             }
             return None;
@@ -84,6 +87,9 @@ impl<T: Real> SpeedFinder<T> {
     pub(super) fn search_blind(&mut self) -> Option<Finding<T>> {
         let (lo, hi) = self.range;
         if let Some((from, spacing)) = self.next_candidate(lo, hi) {
+            if self.peaks.hits(spacing) < COMB_HITS {
+                return None;
+            }
             let mut score = self.peaks.score(spacing, Some(from), Multiples::All);
             if Peaks::is_comb(&score) {
                 // Spacings at least as wide that were or will be tried.
