@@ -186,9 +186,8 @@ impl<T: Real> BandFilter<T> {
                 *stage = FirStage::identity();
                 continue;
             }
-            // What folds onto the band after this stage must be gone.
-            let stop = (rate / m as f64 - band.high_hz).min(rate / 2.0);
-            *stage = FirStage::design(m, rate, band.high_hz, stop);
+            // What folds onto the band after this stage is gone.
+            *stage = FirStage::design(m, rate, band.high_hz);
             *delay_s += stage.delay() / rate;
             rate /= m as f64;
         }

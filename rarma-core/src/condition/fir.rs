@@ -51,24 +51,29 @@ impl<T: Real> FirStage<T> {
         }
     };
 
-    /// Low-pass for decimation by `factor` from rate `fs`, flat up to `pass` Hz and
-    /// [`STOP_DB`] down from `stop` Hz: windowed sinc, Kaiser window. Requires
-    /// 0 < pass < stop ≤ fs/2; the length is limited to [`MAX_TAPS`].
-    pub fn design(factor: usize, fs: f64, pass: f64, stop: f64) -> Self {
+    /// Low-pass for decimation by `factor` (2 and more) from rate `fs`, flat up to `pass` Hz and
+    /// [`STOP_DB`] down from where it would fold onto that, `fs`/`factor` − `pass`: windowed sinc, Kaiser
+    /// window. The cut-off lies half way between the two, so that every `factor`-th tap from the middle is 0.
+    /// Requires 0 < pass < fs/(2·factor); the length is limited to [`MAX_TAPS`].
+    pub fn design(factor: usize, fs: f64, pass: f64) -> Self {
         let pi = core::f64::consts::PI;
+        let stop = fs / factor as f64 - pass;
         let width = 2.0 * pi * (stop - pass) / fs;
         let wanted = libm::ceil((STOP_DB - 7.95) / (2.285 * width)) as usize + 1;
         // Odd, so that the delay is a whole number of samples.
         let length = (wanted | 1).clamp(3, MAX_TAPS - 1);
         let beta = 0.1102 * (STOP_DB - 8.7);
-        let cut = (pass + stop) / fs; // twice the cut-off over the rate
-        let centre = (length - 1) as f64 / 2.0;
+        let cut = 1.0 / factor as f64; // twice the cut-off over the rate
+        let middle = length / 2;
+        let centre = middle as f64;
         let mut raw = [0.0f64; MAX_TAPS];
         let mut sum = 0.0;
         for (n, h) in raw[..length].iter_mut().enumerate() {
             let x = n as f64 - centre;
-            let sinc = if x == 0.0 {
+            let sinc = if n == middle {
                 cut
+            } else if n.abs_diff(middle).is_multiple_of(factor) {
+                0.0
             } else {
                 libm::sin(pi * cut * x) / (pi * x)
             };
@@ -174,22 +179,33 @@ impl<T: Real> FirStage<T> {
         let (centre, late) = rest.split_first()?;
         let (taps, centre_tap) = self.taps.split_at_checked(self.length / 2)?;
         let mut sum = *centre_tap.first()? * *centre;
+        if self.factor == 2 {
+            // From the first tap on that is not 0.
+            let skip = (taps.len() + 1) % 2;
+            let late = late.get(..late.len().checked_sub(skip)?)?;
+            Self::add_pairs::<2>(&mut sum, taps.get(skip..)?, early.get(skip..)?, late);
+        } else {
+            Self::add_pairs::<1>(&mut sum, taps, early, late);
+        }
+        Some(sum)
+    }
+
+    /// Every `STEP`-th tap, 1 or 2, times the sum of its sample and that one's counterpart.
+    #[inline(always)]
+    fn add_pairs<const STEP: usize>(sum: &mut T, taps: &[T], early: &[T], late: &[T]) {
         let (taps, last_taps) = taps.as_chunks::<4>();
         let (early, last_early) = early.as_chunks::<4>();
         let (first_late, late) = late.as_rchunks::<4>();
         for ((h, early), late) in taps.iter().zip(early).zip(late.iter().rev()) {
-            for i in 0..4 {
-                sum += h[i] * (early[i] + late[3 - i]);
+            for i in (0..4).step_by(STEP) {
+                *sum += h[i] * (early[i] + late[3 - i]);
             }
         }
-        for ((h, early), late) in last_taps
-            .iter()
-            .zip(last_early)
-            .zip(first_late.iter().rev())
-        {
-            sum += *h * (*early + *late);
+        let last = last_taps.iter().zip(last_early);
+        let last = last.zip(first_late.iter().rev()).step_by(STEP);
+        for ((h, early), late) in last {
+            *sum += *h * (*early + *late);
         }
-        Some(sum)
     }
 }
 
@@ -224,7 +240,7 @@ mod tests {
 
     #[test]
     fn passes_the_band_and_stops_what_would_fold_into_it() {
-        let make = || FirStage::<f64>::design(2, 12_000.0, 2500.0, 3500.0);
+        let make = || FirStage::<f64>::design(2, 12_000.0, 2500.0);
         for f in [50.0, 1000.3, 2400.7] {
             let g = gain(&mut make(), 12_000.0, f);
             assert!((0.985..1.005).contains(&g), "gain {g} at {f} Hz");
@@ -235,29 +251,35 @@ mod tests {
         }
     }
 
-    /// Wherever the samples lie in the room: one in four of what the impulse response gives,
+    /// Wherever the samples lie in the room: one in a few of what the impulse response gives,
     /// which is read off a stage that keeps every sample.
     #[test]
-    fn a_stage_gives_every_fourth_sample_of_its_convolution() {
-        let mut whole = FirStage::<f64>::design(1, 48_000.0, 2500.0, 9500.0);
-        let mut response = Vec::new();
-        for n in 0..MAX_TAPS {
-            response.push(whole.process(f64::from(u8::from(n == 0))).unwrap());
+    fn a_stage_gives_one_in_a_few_samples_of_its_convolution() {
+        for (factor, fs) in [(2, 12_000.0), (2, 12_300.0), (2, 24_000.0), (4, 48_000.0)] {
+            let made = FirStage::<f64>::design(factor, fs, 2500.0);
+            // All taps of a stage of factor 1 are read.
+            let mut whole = FirStage {
+                factor: 1,
+                ..made.clone()
+            };
+            let mut response = Vec::new();
+            for n in 0..MAX_TAPS {
+                response.push(whole.process(f64::from(u8::from(n == 0))).unwrap());
+            }
+            response.truncate(2 * made.delay() as usize + 1);
+            let signal: Vec<f64> = (0..1500u32)
+                .map(|n| f64::from(n.wrapping_mul(2_654_435_761)) / 4e9 - 0.5)
+                .collect();
+            let mut stage = made;
+            let mut given = 0;
+            for (n, x) in signal.iter().enumerate() {
+                let Some(y) = stage.process(*x) else { continue };
+                given += 1;
+                let before = signal[..=n].iter().rev();
+                let wanted: f64 = response.iter().zip(before).map(|(h, x)| h * x).sum();
+                assert!((y - wanted).abs() < 1e-12, "{factor}, {n}: {y}, {wanted}");
+            }
+            assert_eq!(given, signal.len() / factor);
         }
-        let length = response.iter().rposition(|h| *h != 0.0).unwrap() + 1;
-        assert_eq!(whole.delay(), (length - 1) as f64 / 2.0);
-        let signal: Vec<f64> = (0..1500u32)
-            .map(|n| f64::from(n.wrapping_mul(2_654_435_761)) / 4e9 - 0.5)
-            .collect();
-        let mut stage = FirStage::<f64>::design(4, 48_000.0, 2500.0, 9500.0);
-        let mut given = 0;
-        for (n, x) in signal.iter().enumerate() {
-            let Some(y) = stage.process(*x) else { continue };
-            given += 1;
-            let before = signal[..=n].iter().rev();
-            let wanted: f64 = response.iter().zip(before).map(|(h, x)| h * x).sum();
-            assert!((y - wanted).abs() < 1e-12, "sample {n}: {y}, {wanted}");
-        }
-        assert_eq!(given, signal.len() / 4);
     }
 }

@@ -59,11 +59,15 @@ impl<T: Real, const P: usize, const Q: usize, const N: usize> Fixed<T, P, Q, N> 
         P.div_ceil(2)
     }
 
-    /// See [`Identifier::deviation`].
-    fn deviation(&self, factor: &Quadratic<T>, fs: T) -> Option<ModalDeviation<T>> {
+    /// See [`Identifier::deviations`].
+    fn deviations(&self, fs: T) -> [Option<ModalDeviation<T>>; MAX_MODES] {
         let model = &self.model;
         let scale = model.covariance_factor();
-        deviation(model.a(), N, factor, fs, model.covariance(), scale)
+        let mut all = [None; MAX_MODES];
+        for (sd, factor) in all.iter_mut().zip(self.roots.factors(P)) {
+            *sd = deviation(model.a(), N, factor, fs, model.covariance(), scale);
+        }
+        all
     }
 }
 
@@ -211,10 +215,10 @@ impl<T: Real> Identifier<T> {
         of!(&self.0, fixed => fixed.model.sigma2(), else T::ZERO)
     }
 
-    /// Standard deviations of frequency and damping of the mode that `factor` is, at `fs`
-    /// samples a second; none for real roots. Decision rate.
-    pub fn deviation(&self, factor: &Quadratic<T>, fs: T) -> Option<ModalDeviation<T>> {
-        of!(&self.0, fixed => fixed.deviation(factor, fs), else None)
+    /// Standard deviations of frequency and damping of each mode, in the order of [`Self::factors`], at
+    /// `fs` samples a second; none for real roots. Decision rate.
+    pub fn deviations(&self, fs: T) -> [Option<ModalDeviation<T>>; MAX_MODES] {
+        of!(&self.0, fixed => fixed.deviations(fs), else [None; MAX_MODES])
     }
 
     /// The covariance of the parameters is finite and positive definite. Slow path.

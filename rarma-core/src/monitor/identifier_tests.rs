@@ -75,9 +75,10 @@ fn erased(identifier: &mut Identifier<f32>) -> Vec<Said> {
         let modes = identifier.update(y, &mut own);
         let factors = identifier.factors();
         assert_eq!(modes, factors.len());
-        let sd = factors
+        let sd = identifier.deviations(FS as f32);
+        let sd = sd
             .iter()
-            .filter_map(|q| identifier.deviation(q, FS as f32))
+            .flatten()
             .map(|sd| [sd.frequency.to_bits(), sd.damping.to_bits()])
             .collect();
         (

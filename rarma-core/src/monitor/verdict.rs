@@ -7,7 +7,7 @@ use crate::decide::{
     AlarmEvent, CUT_RATIO, Callers, Mode, Origin, Reading, Reason, SAME_MODE, Sight, State,
 };
 use crate::real::Real;
-use crate::spectrum::{Modal, modal};
+use crate::spectrum::{Modal, ModalDeviation, modal};
 
 /// Factor on the share of power of a mode, as long as the machine has not been heard idling: it may be a tone of
 /// the machine.
@@ -88,9 +88,10 @@ impl<T: Real> Monitor<T> {
             }
             self.onset.note(self.rest_power, self.power, self.period_s);
             let modes_of_model = self.identifier.factors().len();
-            let places = readings.iter_mut().zip(found).take(modes_of_model);
-            for (k, (place, modal)) in places.enumerate() {
-                *place = self.read_mode(k, modal);
+            let deviations = self.identifier.deviations(self.fs);
+            let places = readings.iter_mut().zip(found.iter().zip(&deviations));
+            for (k, (place, (modal, sd))) in places.enumerate().take(modes_of_model) {
+                *place = self.read_mode(k, modal.as_ref(), sd.as_ref());
             }
             self.judge_modes(&mut readings, &mut modes);
             self.watch_lines(cutting);
@@ -264,15 +265,19 @@ impl<T: Real> Monitor<T> {
     }
 
     /// Mode `k` as it is now, and the power at it; none for real roots.
-    fn read_mode(&mut self, k: usize, modal: Option<Modal<T>>) -> Option<(Reading<T>, T)> {
+    fn read_mode(
+        &mut self,
+        k: usize,
+        modal: Option<&Modal<T>>,
+        sd: Option<&ModalDeviation<T>>,
+    ) -> Option<(Reading<T>, T)> {
         let knows_speed = self.knows_speed();
-        let factor = *self.identifier.factors().get(k)?;
         let slot = self.slots.get_mut(k)?;
         let Some(modal) = modal else {
             slot.reset();
             return None;
         };
-        let sd = self.identifier.deviation(&factor, self.fs)?;
+        let sd = sd?;
         let all_finite = [modal.frequency, modal.damping, sd.frequency, sd.damping]
             .iter()
             .all(|x| x.is_finite());
@@ -290,7 +295,7 @@ impl<T: Real> Monitor<T> {
                 knows_speed,
                 period_s: self.period_s,
             };
-            slot.read(&modal, &sd, &around)
+            slot.read(modal, sd, &around)
         })
     }
 
