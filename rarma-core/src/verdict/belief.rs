@@ -4,13 +4,17 @@
 //! Rate: per window, a line or some speeds a slice. Words: *comb*, the multiples of the
 //! turn's frequency or of the teeth's.
 
+mod desk;
 mod turned;
+
+pub(super) use desk::Desk;
 
 use super::Listening;
 use super::config::VerdictConfig;
-use super::frame::{HALF, HOP_S};
+use super::frame::HOP_S;
 use crate::real::Real;
 use crate::visit::state;
+use desk::above_zero;
 
 /// Speeds: the told one times e^u, u in steps over ±[`SPAN`].
 const STEP: f64 = 0.001;
@@ -47,42 +51,6 @@ const WORD: (f64, f64) = (0.0, 0.3);
 const FOLDS: u32 = 4;
 /// What a folded line may be: on teeth, on turns, folded of teeth, folded of turns.
 const FOLDED: (f64, f64, f64, f64) = (0.5, 0.2, 0.2, 0.1);
-
-/// Room for one window's work, in what the spectrum leaves free of its transform: how likely each
-/// speed made the line at hand, and behind it each speed's probability, not normed.
-#[derive(Debug)]
-pub(super) struct Desk<'a, T>(pub(super) &'a mut [(T, T); HALF]);
-
-const _: () = assert!(2 * SPEEDS <= HALF);
-
-impl<T: Real> Desk<'_, T> {
-    #[inline(always)]
-    fn places(&mut self, from: usize, count: usize) -> impl ExactSizeIterator<Item = &mut T> {
-        let places = self.0.get_mut(from..from + count).unwrap_or_default();
-        places.iter_mut().map(|(_, free)| free)
-    }
-
-    fn mixed(&mut self) -> impl ExactSizeIterator<Item = &mut T> {
-        self.places(0, SPEEDS)
-    }
-
-    /// Of the speeds from one to another, both included.
-    fn near(&mut self, from: usize, to: usize) -> impl ExactSizeIterator<Item = &mut T> {
-        self.places(from, (to.min(SPEEDS - 1) + 1).saturating_sub(from))
-    }
-
-    fn chance(&mut self) -> impl ExactSizeIterator<Item = &mut T> {
-        self.places(SPEEDS, SPEEDS)
-    }
-
-    fn both(&self) -> impl Iterator<Item = (&T, &T)> {
-        let (mixed, chance) = self.0.split_at(SPEEDS);
-        mixed
-            .iter()
-            .zip(chance)
-            .map(|(mixed, chance)| (&mixed.1, &chance.1))
-    }
-}
 
 /// The belief.
 #[derive(Debug, Clone)]
@@ -264,11 +232,12 @@ impl<T: Real> Belief<T> {
         let off = T::from_f64(1.0 - FORCED);
         let nowhere = gain * off.ln();
         self.everywhere += nowhere;
-        for (heard, mixed) in self.heard.iter_mut().zip(desk.mixed()) {
-            if *mixed > T::ZERO {
-                *heard += gain * (off + T::from_f64(FORCED) * *mixed).ln() - nowhere;
+        let heard = &mut self.heard;
+        above_zero(desk.both().0, |i, mixed| {
+            if let Some(heard) = heard.get_mut(i) {
+                *heard += gain * (off + T::from_f64(FORCED) * mixed).ln() - nowhere;
             }
-        }
+        });
     }
 
     /// The probabilities, after all lines are heard.
@@ -308,19 +277,21 @@ impl<T: Real> Belief<T> {
         let nowhere = (-own * off.ln()).exp();
         let (mut sum, mut on) = (T::ZERO, T::ZERO);
         let has_spoken = weight > T::ZERO;
-        for (mixed, chance) in desk.both() {
-            if *chance > T::ZERO && *mixed > T::ZERO {
+        let (mixed, chances) = desk.both();
+        above_zero(chances, |i, chance| {
+            let mixed = mixed.get(i).map_or(T::ZERO, |place| place.1);
+            if mixed > T::ZERO {
                 let back = if has_spoken {
-                    *chance * (-own * (off + T::from_f64(FORCED) * *mixed).ln()).exp()
+                    chance * (-own * (off + T::from_f64(FORCED) * mixed).ln()).exp()
                 } else {
-                    *chance
+                    chance
                 };
                 sum += back;
-                on += back * *mixed;
+                on += back * mixed;
             } else {
-                sum += *chance * nowhere;
+                sum += chance * nowhere;
             }
-        }
+        });
         let tiny = T::from_f64(1e-30);
         let word =
             (self.largest + (sum + tiny).ln() - self.prior_sum.ln()) / T::from_f64(INDEPENDENT);
@@ -333,7 +304,7 @@ impl<T: Real> Belief<T> {
 
     /// Density of a line at each speed, over that of a line anywhere.
     fn mix(&self, f_hz: T, desk: &mut Desk<'_, T>) {
-        desk.mixed().for_each(|mixed| *mixed = T::ZERO);
+        desk.clear_mixed();
         let one = T::ONE;
         let teeth = self.teeth;
         let Some(rate) = self.folding_hz else {
