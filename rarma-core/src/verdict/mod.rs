@@ -340,15 +340,22 @@ impl<T: Real> Verdict<T> {
             self.frame.begin();
             self.stage = Stage::Spectrum;
         }
-        // Most of the slices are of the spectrum: those of a sample are done in one go.
-        if self.stage == Stage::Spectrum {
-            self.stage = self.work_on_spectrum(self.pace);
-            return None;
-        }
-        for _ in 0..self.pace {
-            if self.stage == Stage::Wait {
-                return None;
+        match self.stage {
+            Stage::Wait => None,
+            // Most of the slices are of the spectrum: those of a sample are done in one go.
+            Stage::Spectrum => {
+                self.stage = self.work_on_spectrum(self.pace);
+                None
             }
+            _ => self.work_on_lines(),
+        }
+    }
+
+    /// The slices of a sample behind the spectrum. A function of its own, so that the other samples do not
+    /// prepare its loop.
+    #[inline(never)]
+    fn work_on_lines(&mut self) -> Option<&Judgement<T>> {
+        for _ in 0..self.pace {
             self.stage = self.work();
             if self.stage == Stage::Wait {
                 return Some(&self.last);

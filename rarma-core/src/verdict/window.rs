@@ -105,11 +105,11 @@ impl<T: Real> Verdict<T> {
         Stage::Scan(self.frame.bins.0)
     }
 
-    /// One slice; the next one.
+    /// One slice behind the spectrum; the next one.
+    #[inline(always)]
     pub(super) fn work(&mut self) -> Stage {
         match self.stage {
-            Stage::Wait => Stage::Wait,
-            Stage::Spectrum => self.work_on_spectrum(1),
+            Stage::Wait | Stage::Spectrum => self.stage,
             Stage::Scan(bin) => {
                 let turn_hz = self.belief().map(Belief::turn_hz);
                 self.lines.scan(&self.frame, bin, bin + SCANNED, turn_hz);
