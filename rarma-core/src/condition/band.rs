@@ -283,12 +283,16 @@ pub(crate) struct Places<'a, T> {
 }
 
 impl<T: Real> Places<'_, T> {
-    /// The next sample, down to the offset.
+    /// The next samples, down to the offset.
     #[inline(always)]
-    pub(crate) fn put(&mut self, x: T) {
-        let x = self.offset.remove(x);
-        if let Some(place) = self.places.next() {
-            *place = x;
+    pub(crate) fn put(&mut self, samples: &[T]) {
+        let is_settled = self.offset.is_settled();
+        for (x, place) in samples.iter().zip(&mut self.places) {
+            *place = if is_settled {
+                self.offset.follow(*x)
+            } else {
+                self.offset.remove(*x)
+            };
         }
     }
 }
@@ -318,11 +322,24 @@ impl<T: Real> Offset<T> {
 
     #[inline(always)]
     fn remove(&mut self, x: T) -> T {
-        self.mean += self.gain * (x - self.mean);
-        if self.gain > self.last_gain {
+        let x = self.follow(x);
+        if !self.is_settled() {
             self.gain = Self::next_gain(self.gain).max(self.last_gain);
         }
+        x
+    }
+
+    /// The same with the gain as it is.
+    #[inline(always)]
+    fn follow(&mut self, x: T) -> T {
+        self.mean += self.gain * (x - self.mean);
         x - self.mean
+    }
+
+    /// The gain stays what it is.
+    #[inline(always)]
+    fn is_settled(&self) -> bool {
+        self.gain <= self.last_gain
     }
 
     /// Of the mean of one sample more. Only at the start: where it is no call, the compiler divides at

@@ -124,30 +124,37 @@ impl<T: Real> Health<T> {
         x
     }
 
-    /// [`Self::admit`] of samples in a row, each handed to `give` in its turn.
+    /// [`Self::admit`] of samples in a row, handed to `give` in their turn, as they are where there is nothing to
+    /// count of them.
     #[inline(always)]
-    pub fn admit_row(&mut self, samples: &[T], mut give: impl FnMut(T)) {
-        // As long as there is nothing to count, all stays in registers.
+    pub fn admit_row(&mut self, samples: &[T], mut give: impl FnMut(&[T])) {
+        let Some(&newest) = samples.last() else {
+            return;
+        };
         let quiet = self.clip_level.min(T::from_f64(LARGEST));
-        let stuck = self.stuck_run.saturating_sub(1);
-        let (mut last, mut run, mut clipped) = (self.last, self.run, self.clipped);
-        let mut taken = 0;
-        for &x in samples {
-            if !(x.abs() < quiet) || run >= stuck {
+        let count = samples.len() as u32;
+        let nothing_to_count = self.clipped == T::ZERO
+            && self.run + count < self.stuck_run
+            && samples.iter().all(|x| x.abs() < quiet);
+        if !nothing_to_count {
+            for &x in samples {
+                give(&[self.admit_noted(x)]);
+            }
+            return;
+        }
+        let mut run = 0;
+        for (before, x) in samples.iter().zip(samples.iter().skip(1)).rev() {
+            if x != before {
                 break;
             }
-            run = if x == last { run + 1 } else { 0 };
-            clipped -= self.clip_gain * clipped;
-            last = x;
-            taken += 1;
-            give(x);
+            run += 1;
         }
-        (self.last, self.run, self.clipped) = (last, run, clipped);
-        self.bad_for = self.bad_for.saturating_sub(taken);
-        self.missing_for = self.missing_for.saturating_sub(taken);
-        for &x in samples.iter().skip(taken as usize) {
-            give(self.admit_noted(x));
-        }
+        let all_are_one = run + 1 == count && samples.first() == Some(&self.last);
+        self.run = if all_are_one { self.run + count } else { run };
+        self.last = newest;
+        self.bad_for = self.bad_for.saturating_sub(count);
+        self.missing_for = self.missing_for.saturating_sub(count);
+        give(samples);
     }
 
     /// [`Self::admit`] where there is something to count, out of the way of the others.
@@ -222,7 +229,7 @@ mod tests {
                 })
                 .collect();
             kept.clear();
-            rows.admit_row(&row, |x| kept.push(x));
+            rows.admit_row(&row, |x| kept.extend_from_slice(x));
             let wanted: Vec<f32> = row.iter().map(|x| singly.admit(*x)).collect();
             assert_eq!(kept, wanted);
             assert_eq!(rows.fault(), singly.fault());
