@@ -14,7 +14,6 @@ use super::fir::FirStage;
 use crate::real::Real;
 use crate::visit::state;
 use core::fmt;
-use core::slice::IterMut;
 
 /// Band edges, Hz.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -256,7 +255,7 @@ impl<T: Real> BandFilter<T> {
     ) -> Option<(T, T)> {
         let [first, ..] = &mut self.stages;
         let mut places = Places {
-            places: first.room(count)?.iter_mut(),
+            places: first.room(count)?,
             offset: self.offset,
         };
         put(&mut places);
@@ -278,7 +277,7 @@ impl<T: Real> BandFilter<T> {
 
 /// Where the next samples of a row go; the offset is in registers meanwhile.
 pub(crate) struct Places<'a, T> {
-    places: IterMut<'a, T>,
+    places: &'a mut [T],
     offset: Offset<T>,
 }
 
@@ -286,13 +285,23 @@ impl<T: Real> Places<'_, T> {
     /// The next samples, down to the offset.
     #[inline(always)]
     pub(crate) fn put(&mut self, samples: &[T]) {
-        let is_settled = self.offset.is_settled();
-        for (x, place) in samples.iter().zip(&mut self.places) {
-            *place = if is_settled {
-                self.offset.follow(*x)
-            } else {
-                self.offset.remove(*x)
-            };
+        let places = core::mem::take(&mut self.places);
+        let (here, later) = places.split_at_mut(samples.len().min(places.len()));
+        self.places = later;
+        if !self.offset.is_settled() {
+            for (place, x) in here.iter_mut().zip(samples) {
+                *place = self.offset.remove(*x);
+            }
+            return;
+        }
+        let ((fours, rest), (x4, left)) = (here.as_chunks_mut::<4>(), samples.as_chunks::<4>());
+        for (place, x) in fours.iter_mut().zip(x4) {
+            for i in 0..4 {
+                place[i] = self.offset.follow(x[i]);
+            }
+        }
+        for (place, x) in rest.iter_mut().zip(left) {
+            *place = self.offset.follow(*x);
         }
     }
 }
