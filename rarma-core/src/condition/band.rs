@@ -251,15 +251,15 @@ impl<T: Real> BandFilter<T> {
     pub(crate) fn process_row(
         &mut self,
         count: usize,
-        put: impl FnOnce(&mut Places<'_, T>),
+        put: impl FnOnce(&mut Room<'_, T>),
     ) -> Option<(T, T)> {
         let [first, ..] = &mut self.stages;
-        let mut places = Places {
+        let mut room = Room {
             places: first.room(count)?,
             offset: self.offset,
         };
-        put(&mut places);
-        self.offset = places.offset;
+        put(&mut room);
+        self.offset = room.offset;
         let x = first.output()?;
         self.finish(1, x)
     }
@@ -276,12 +276,12 @@ impl<T: Real> BandFilter<T> {
 }
 
 /// Where the next samples of a row go; the offset is in registers meanwhile.
-pub(crate) struct Places<'a, T> {
+pub(crate) struct Room<'a, T> {
     places: &'a mut [T],
     offset: Offset<T>,
 }
 
-impl<T: Real> Places<'_, T> {
+impl<T: Real> Room<'_, T> {
     /// The next samples, down to the offset.
     #[inline(always)]
     pub(crate) fn put(&mut self, samples: &[T]) {

@@ -124,12 +124,12 @@ impl<T: Real> Health<T> {
         x
     }
 
-    /// [`Self::admit`] of samples in a row, handed to `give` in their turn, as they are where there is nothing to
-    /// count of them.
+    /// Takes samples in a row that are good as they are, with nothing to count of them. False where they are not all
+    /// so: none is taken then, and each is to be given to [`Self::admit`].
     #[inline(always)]
-    pub fn admit_row(&mut self, samples: &[T], mut give: impl FnMut(&[T])) {
+    pub fn admit_row(&mut self, samples: &[T]) -> bool {
         let Some(&newest) = samples.last() else {
-            return;
+            return true;
         };
         let quiet = self.clip_level.min(T::from_f64(LARGEST));
         let count = samples.len() as u32;
@@ -142,10 +142,7 @@ impl<T: Real> Health<T> {
                 .all(|[a, b, c, d]| is_quiet(a) && is_quiet(b) && is_quiet(c) && is_quiet(d))
             && rest.iter().all(is_quiet);
         if !nothing_to_count {
-            for &x in samples {
-                give(&[self.admit_noted(x)]);
-            }
-            return;
+            return false;
         }
         let mut run = 0;
         for (before, x) in samples.iter().zip(samples.iter().skip(1)).rev() {
@@ -159,14 +156,7 @@ impl<T: Real> Health<T> {
         self.last = newest;
         self.bad_for = self.bad_for.saturating_sub(count);
         self.missing_for = self.missing_for.saturating_sub(count);
-        give(samples);
-    }
-
-    /// [`Self::admit`] where there is something to count, out of the way of the others.
-    #[cold]
-    #[inline(never)]
-    fn admit_noted(&mut self, x: T) -> T {
-        self.admit(x)
+        true
     }
 
     /// The source lost `samples` samples just now (overrun, dropped frame).
@@ -234,7 +224,11 @@ mod tests {
                 })
                 .collect();
             kept.clear();
-            rows.admit_row(&row, |x| kept.extend_from_slice(x));
+            if rows.admit_row(&row) {
+                kept.extend_from_slice(&row);
+            } else {
+                kept.extend(row.iter().map(|x| rows.admit(*x)));
+            }
             let wanted: Vec<f32> = row.iter().map(|x| singly.admit(*x)).collect();
             assert_eq!(kept, wanted);
             assert_eq!(rows.fault(), singly.fault());

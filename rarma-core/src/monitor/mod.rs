@@ -24,7 +24,7 @@ pub use pair::{ALONE_CONFIRMATIONS, PairConfig, PairError, PairMonitor, PairRepo
 pub use report::Report;
 pub use spindle::{SpeedSource, SpindleReport};
 
-use crate::condition::{BandFilter, Fault, Health, HealthCounts};
+use crate::condition::{BandFilter, Fault, Health, HealthCounts, Room};
 use crate::decide::{Alarm, Histogram, IdleFinder, Onset, Places};
 use crate::real::Real;
 use crate::verdict::Verdict;
@@ -135,9 +135,13 @@ impl<T: Real> Monitor<T> {
             *samples = later.iter();
             self.samples += count as u64;
             let health = &mut self.health;
-            let heard = self
-                .filter
-                .process_row(count, |places| health.admit_row(row, |x| places.put(x)));
+            let heard = self.filter.process_row(count, |room| {
+                if health.admit_row(row) {
+                    room.put(row);
+                } else {
+                    put_singly(health, row, room);
+                }
+            });
             if let Some((wide, y)) = heard
                 && let Some(report) = self.hear(wide, y)
             {
@@ -243,6 +247,15 @@ impl<T: Real> Monitor<T> {
         for (slot, own) in self.slots.iter_mut().zip(own).take(modes) {
             slot.listen(y, own, &self.gains);
         }
+    }
+}
+
+/// Samples of which there is something to count, out of the way of the others.
+#[cold]
+#[inline(never)]
+fn put_singly<T: Real>(health: &mut Health<T>, samples: &[T], room: &mut Room<'_, T>) {
+    for &x in samples {
+        room.put(&[health.admit(x)]);
     }
 }
 
