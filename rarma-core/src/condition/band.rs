@@ -245,21 +245,11 @@ impl<T: Real> BandFilter<T> {
         self.stages[0].until_output()
     }
 
-    /// As [`Self::process_both`] of `count` finite samples in a row, not more than [`Self::row`],
-    /// which `put` puts into their places.
+    /// As [`Self::process_both`] of finite samples in a row, not more than [`Self::row`].
     #[inline(always)]
-    pub(crate) fn process_row(
-        &mut self,
-        count: usize,
-        put: impl FnOnce(&mut Room<'_, T>),
-    ) -> Option<(T, T)> {
+    pub(crate) fn process_row(&mut self, row: &[T]) -> Option<(T, T)> {
         let [first, ..] = &mut self.stages;
-        let mut room = Room {
-            places: first.room(count)?,
-            offset: self.offset,
-        };
-        put(&mut room);
-        self.offset = room.offset;
+        self.offset.remove_row(row, first.room(row.len())?);
         let x = first.output()?;
         self.finish(1, x)
     }
@@ -272,37 +262,6 @@ impl<T: Real> BandFilter<T> {
             x = stage.process(x)?;
         }
         Some((x, self.high_pass.process(&mut self.state, x)))
-    }
-}
-
-/// Where the next samples of a row go; the offset is in registers meanwhile.
-pub(crate) struct Room<'a, T> {
-    places: &'a mut [T],
-    offset: Offset<T>,
-}
-
-impl<T: Real> Room<'_, T> {
-    /// The next samples, down to the offset.
-    #[inline(always)]
-    pub(crate) fn put(&mut self, samples: &[T]) {
-        let places = core::mem::take(&mut self.places);
-        let (here, later) = places.split_at_mut(samples.len().min(places.len()));
-        self.places = later;
-        if !self.offset.is_settled() {
-            for (place, x) in here.iter_mut().zip(samples) {
-                *place = self.offset.remove(*x);
-            }
-            return;
-        }
-        let ((fours, rest), (x4, left)) = (here.as_chunks_mut::<4>(), samples.as_chunks::<4>());
-        for (place, x) in fours.iter_mut().zip(x4) {
-            for i in 0..4 {
-                place[i] = self.offset.follow(x[i]);
-            }
-        }
-        for (place, x) in rest.iter_mut().zip(left) {
-            *place = self.offset.follow(*x);
-        }
     }
 }
 
@@ -336,6 +295,30 @@ impl<T: Real> Offset<T> {
             self.gain = Self::next_gain(self.gain).max(self.last_gain);
         }
         x
+    }
+
+    /// [`Self::remove`] of samples in a row, put into their places.
+    #[inline(always)]
+    fn remove_row(&mut self, row: &[T], places: &mut [T]) {
+        // In registers meanwhile.
+        let mut offset = *self;
+        if offset.is_settled() {
+            let (fours, rest) = places.as_chunks_mut::<4>();
+            let (x4, left) = row.as_chunks::<4>();
+            for (place, x) in fours.iter_mut().zip(x4) {
+                for i in 0..4 {
+                    place[i] = offset.follow(x[i]);
+                }
+            }
+            for (place, x) in rest.iter_mut().zip(left) {
+                *place = offset.follow(*x);
+            }
+        } else {
+            for (place, x) in places.iter_mut().zip(row) {
+                *place = offset.remove(*x);
+            }
+        }
+        *self = offset;
     }
 
     /// The same with the gain as it is.

@@ -10,8 +10,6 @@ mod health;
 mod lines;
 mod spindle;
 
-#[cfg(feature = "monitor")]
-pub(crate) use band::Room;
 pub use band::{Band, BandError, BandFilter, TOP_FRACTION};
 pub use biquad::{Biquad, BiquadState, Pass, ZERO_FRACTION};
 pub use health::{CLIPPED_FRACTION, Fault, HOLD_S, Health, HealthCounts, LARGEST, STUCK_S};

@@ -24,7 +24,7 @@ pub use pair::{ALONE_CONFIRMATIONS, PairConfig, PairError, PairMonitor, PairRepo
 pub use report::Report;
 pub use spindle::{SpeedSource, SpindleReport};
 
-use crate::condition::{BandFilter, Fault, Health, HealthCounts, Room};
+use crate::condition::{BandFilter, Fault, Health, HealthCounts};
 use crate::decide::{Alarm, Histogram, IdleFinder, Onset, Places};
 use crate::real::Real;
 use crate::verdict::Verdict;
@@ -134,20 +134,29 @@ impl<T: Real> Monitor<T> {
             }
             *samples = later.iter();
             self.samples += count as u64;
-            let health = &mut self.health;
-            let heard = self.filter.process_row(count, |room| {
-                if health.admit_row(row) {
-                    room.put(row);
-                } else {
-                    put_singly(health, row, room);
-                }
-            });
+            let heard = if self.health.admit_row(row) {
+                self.filter.process_row(row)
+            } else {
+                self.filter_singly(row)
+            };
             if let Some((wide, y)) = heard
                 && let Some(report) = self.hear(wide, y)
             {
                 return Some(report);
             }
         }
+    }
+
+    /// Samples in a row of which there is something to count, out of the way of the others.
+    #[cold]
+    #[inline(never)]
+    fn filter_singly(&mut self, row: &[T]) -> Option<(T, T)> {
+        let mut heard = None;
+        for &x in row {
+            let good = self.health.admit(x);
+            heard = self.filter.process_both(good);
+        }
+        heard
     }
 
     /// Takes one decimated sample, before and after the high-pass. A function of its own, so that
@@ -247,15 +256,6 @@ impl<T: Real> Monitor<T> {
         for (slot, own) in self.slots.iter_mut().zip(own).take(modes) {
             slot.listen(y, own, &self.gains);
         }
-    }
-}
-
-/// Samples of which there is something to count, out of the way of the others.
-#[cold]
-#[inline(never)]
-fn put_singly<T: Real>(health: &mut Health<T>, samples: &[T], room: &mut Room<'_, T>) {
-    for &x in samples {
-        room.put(&[health.admit(x)]);
     }
 }
 
