@@ -135,8 +135,7 @@ impl<T: Real> Health<T> {
         let count = samples.len() as u32;
         let is_quiet = |x: &T| x.abs() < quiet;
         let (fours, rest) = samples.as_chunks::<4>();
-        let nothing_to_count = self.clipped == T::ZERO
-            && self.run + count < self.stuck_run
+        let nothing_to_count = self.run.saturating_add(count) < self.stuck_run
             && fours
                 .iter()
                 .all(|[a, b, c, d]| is_quiet(a) && is_quiet(b) && is_quiet(c) && is_quiet(d))
@@ -154,6 +153,11 @@ impl<T: Real> Health<T> {
         let all_are_one = run + 1 == count && samples.first() == Some(&self.last);
         self.run = if all_are_one { self.run + count } else { run };
         self.last = newest;
+        if self.clipped > T::ZERO {
+            for _ in samples {
+                self.clipped -= self.clip_gain * self.clipped;
+            }
+        }
         self.bad_for = self.bad_for.saturating_sub(count);
         self.missing_for = self.missing_for.saturating_sub(count);
         true
@@ -236,6 +240,18 @@ mod tests {
             faults[rows.fault().map_or(4, |fault| fault as usize)] += 1;
         }
         assert!(faults.iter().all(|times| *times > 100), "{faults:?}");
+    }
+
+    #[test]
+    fn a_channel_that_is_stuck_for_days_stays_so() {
+        let mut health = Health::<f32>::new(1000.0, None);
+        // As after so many samples, 25 hours of them at 48 kHz.
+        health.run = u32::MAX - 2;
+        for _ in 0..5 {
+            assert!(!health.admit_row(&[0.0; 4]));
+            assert!([0.0; 4].iter().all(|x| health.admit(*x) == 0.0));
+            assert_eq!(health.fault(), Some(Fault::Stuck));
+        }
     }
 
     #[test]
