@@ -4,6 +4,9 @@ use super::SPEEDS;
 use crate::real::Real;
 use crate::verdict::frame::HALF;
 
+/// Pairs of which the second numbers are the room.
+type Places<T> = [(T, T)];
+
 /// Room for one window's work, in what the spectrum leaves free of its transform: how likely each
 /// speed made the line at hand, and behind it each speed's probability, not normed.
 #[derive(Debug)]
@@ -40,7 +43,7 @@ impl<T: Real> Desk<'_, T> {
     }
 
     /// What is mixed of each speed, and the speeds' chances.
-    pub(super) fn both(&self) -> (&[(T, T)], &[(T, T)]) {
+    pub(super) fn both(&self) -> (&Places<T>, &Places<T>) {
         (&self.0[..SPEEDS], &self.0[SPEEDS..2 * SPEEDS])
     }
 }
@@ -48,7 +51,7 @@ impl<T: Real> Desk<'_, T> {
 /// Hands the number of each place and what it holds to `each`, where that is above 0; it is never below. Four are asked at
 /// once, for most speeds have no chance, and most of the others no part in a line.
 #[inline(always)]
-pub(super) fn above_zero<T: Real>(places: &[(T, T)], mut each: impl FnMut(usize, T)) {
+pub(super) fn above_zero<T: Real>(places: &Places<T>, mut each: impl FnMut(usize, T)) {
     let (fours, rest) = places.as_chunks::<4>();
     for (n, four) in fours.iter().enumerate() {
         if four[0].1 + four[1].1 + four[2].1 + four[3].1 > T::ZERO {
