@@ -310,7 +310,7 @@ pub const MISSED: &[Missed] = &[
         asked: 6.0..=6.0,
         got: 5.0..=5.0,
         test: "wrong_settings::a_wrong_speed_hides_no_chatter",
-        why: "the chatter lies on a multiple of the wrong speed, which the lines believe; its mode may not call by itself, and is told as a warning, origin-unknown, for a tenth of the time; three of six were found while the lines' judgement came half a millisecond sooner",
+        why: "the chatter lies on a multiple of the wrong speed, which the lines believe; its mode may not call by itself, and is told as a warning, origin-unknown, for a tenth of the time; three of six were found by the version before, whose lines judged a few samples sooner",
     },
     Missed {
         bar: "slots: alarms in two solid sections",
