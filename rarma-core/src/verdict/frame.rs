@@ -35,12 +35,16 @@ const PUT: usize = 16;
 const BUTTERFLIES: usize = 4;
 const PAIRS: usize = 8;
 const BINS: usize = 16;
+/// Slices of the transform, and of what makes it powers.
+const TRANSFORMED: usize = (SlicedFft::<f32, HALF>::BUTTERFLIES).div_ceil(BUTTERFLIES);
+const UNPACKED: usize = (HALF / 2 + 1).div_ceil(PAIRS);
 
+/// What is being done, and from where on: sample, slice, slice, bin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Phase {
     Fill(usize),
-    Transform,
-    Unpack,
+    Transform(usize),
+    Unpack(usize),
     Smooth(usize),
     /// Not the first, which would make a blank verdict all zeros: the compiler (1.96) then makes its 30 KB on
     /// the stack of whoever starts a box, where it copies what is not from the flash to its place.
@@ -52,8 +56,8 @@ impl Phase {
     fn numbers(self) -> (u8, usize) {
         match self {
             Self::Fill(at) => (0, at),
-            Self::Transform => (1, 0),
-            Self::Unpack => (2, 0),
+            Self::Transform(at) => (1, at),
+            Self::Unpack(at) => (2, at),
             Self::Smooth(at) => (3, at),
             Self::Done => (4, 0),
         }
@@ -63,8 +67,10 @@ impl Phase {
     fn is_within(self, bins: (usize, usize)) -> bool {
         match self {
             Self::Fill(at) => at < FRAME,
+            Self::Transform(at) => at < TRANSFORMED,
+            Self::Unpack(at) => at < UNPACKED,
             Self::Smooth(at) => at >= bins.0 && at <= bins.1,
-            _ => true,
+            Self::Done => true,
         }
     }
 }
@@ -78,8 +84,8 @@ impl<T: Real> State<T> for Phase {
         let at = numbers.1;
         let all = [
             Self::Fill(at),
-            Self::Transform,
-            Self::Unpack,
+            Self::Transform(at),
+            Self::Unpack(at),
             Self::Smooth(at),
             Self::Done,
         ];
@@ -237,25 +243,51 @@ impl<T: Real> Frame<T> {
 
     /// Slices of work from [`Self::begin`] to the end, at most.
     pub(super) fn slices() -> usize {
-        let transform = SlicedFft::<T, HALF>::BUTTERFLIES / BUTTERFLIES;
-        FRAME / PUT + transform + HALF / 2 / PAIRS + HALF / BINS + 8
+        FRAME / PUT + TRANSFORMED + UNPACKED + HALF / BINS + 7
     }
 
-    /// So many slices, but not beyond the end of what is being done; whether the spectrum is ready.
-    pub(super) fn work(&mut self, slices: usize) -> bool {
-        self.phase = match self.phase {
-            Phase::Fill(at) => self.fill(at, slices),
-            Phase::Transform if self.fft.transform(BUTTERFLIES * slices) => Phase::Unpack,
-            Phase::Unpack if self.fft.unpack(PAIRS * slices) => Phase::Smooth(self.bins.0),
-            Phase::Smooth(at) => self.smooth(at, slices),
-            as_it_is => as_it_is,
-        };
-        self.phase == Phase::Done
+    /// So many slices; how many are left over once the spectrum is ready.
+    pub(super) fn work(&mut self, mut slices: usize) -> Option<usize> {
+        while slices > 0 && self.phase != Phase::Done {
+            // Those of one kind in one go.
+            let (used, next) = match self.phase {
+                Phase::Fill(at) => self.fill(at, slices),
+                Phase::Transform(at) => {
+                    let used = slices.min(TRANSFORMED.saturating_sub(at));
+                    self.fft.transform(BUTTERFLIES * used);
+                    let next = at + used;
+                    let is_over = next >= TRANSFORMED;
+                    let unpack = Phase::Unpack(0);
+                    (
+                        used,
+                        if is_over {
+                            unpack
+                        } else {
+                            Phase::Transform(next)
+                        },
+                    )
+                }
+                Phase::Unpack(at) => {
+                    let used = slices.min(UNPACKED.saturating_sub(at));
+                    self.fft.unpack(PAIRS * used);
+                    let next = at + used;
+                    let is_over = next >= UNPACKED;
+                    let smooth = Phase::Smooth(self.bins.0);
+                    (used, if is_over { smooth } else { Phase::Unpack(next) })
+                }
+                Phase::Smooth(at) => (1, self.smooth(at)),
+                Phase::Done => (slices, Phase::Done),
+            };
+            slices = slices.saturating_sub(used);
+            self.phase = next;
+        }
+        (self.phase == Phase::Done).then_some(slices)
     }
 
-    fn fill(&mut self, at: usize, slices: usize) -> Phase {
+    fn fill(&mut self, at: usize, slices: usize) -> (usize, Phase) {
         let half = T::from_f64(0.5);
-        let end = (at + PUT * slices).min(FRAME);
+        let used = slices.min(FRAME.saturating_sub(at).div_ceil(PUT));
+        let end = (at + PUT * used).min(FRAME);
         for i in at..end {
             if i < self.window {
                 let (c, s) = self.turn;
@@ -266,15 +298,16 @@ impl<T: Real> Frame<T> {
                 self.fft.put(i, T::ZERO);
             }
         }
-        if end < FRAME {
+        let next = if end < FRAME {
             Phase::Fill(end)
         } else {
-            Phase::Transform
-        }
+            Phase::Transform(0)
+        };
+        (used, next)
     }
 
-    fn smooth(&mut self, at: usize, slices: usize) -> Phase {
-        let end = (at + BINS * slices).min(self.bins.1);
+    fn smooth(&mut self, at: usize) -> Phase {
+        let end = (at + BINS).min(self.bins.1);
         let (least, most) = (T::from_f64(1e-30), T::from_f64(1e30));
         let mut product = T::ONE;
         for k in at..end {

@@ -342,20 +342,19 @@ impl<T: Real> Verdict<T> {
         }
         match self.stage {
             Stage::Wait => None,
-            // Most of the slices are of the spectrum: those of a sample are done in one go.
             Stage::Spectrum => {
-                self.stage = self.work_on_spectrum(self.pace);
-                None
+                let left = self.work_on_spectrum(self.pace)?;
+                self.work_on_lines(left)
             }
-            _ => self.work_on_lines(),
+            _ => self.work_on_lines(self.pace),
         }
     }
 
-    /// The slices of a sample behind the spectrum. A function of its own, so that the other samples do not
+    /// So many slices behind the spectrum. A function of its own, so that the other samples do not
     /// prepare its loop.
     #[inline(never)]
-    fn work_on_lines(&mut self) -> Option<&Judgement<T>> {
-        for _ in 0..self.pace {
+    fn work_on_lines(&mut self, slices: usize) -> Option<&Judgement<T>> {
+        for _ in 0..slices {
             self.stage = self.work();
             if self.stage == Stage::Wait {
                 return Some(&self.last);

@@ -394,3 +394,29 @@ fn it_has_this_size() {
     let bytes = size_of::<Verdict<f32>>();
     assert!((29_000..31_000).contains(&bytes), "{bytes}");
 }
+
+/// The work on a window ends before the next one begins, at the lowest rate, too.
+#[test]
+fn every_window_is_judged_at_every_rate() {
+    for fs_hz in [100.0, 120.0, 150.0, 200.0, 407.0, 1650.0, 6000.0, 20_000.0] {
+        for spindle_hz in [None, Some(0.1 * fs_hz)] {
+            let listening = Listening {
+                fs_hz,
+                spindle_hz,
+                teeth: None,
+                folding_hz: None,
+            };
+            let mut verdict = Verdict::<f32>::new(&VerdictConfig::default(), &listening).unwrap();
+            let mut state = 5;
+            let count = (20.0 * fs_hz) as usize;
+            let judged = (0..count)
+                .filter(|_| verdict.process(noise(&mut state) as f32).is_some())
+                .count();
+            let windows = (count - verdict.frame.window) / verdict.frame.hop;
+            assert!(
+                judged.abs_diff(windows) <= 1,
+                "{fs_hz}: {judged} of {windows}"
+            );
+        }
+    }
+}

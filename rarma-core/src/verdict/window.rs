@@ -94,15 +94,14 @@ impl<T: Real> State<T> for Stage {
 }
 
 impl<T: Real> Verdict<T> {
-    /// So many slices of the spectrum; what is next.
+    /// So many slices of the spectrum; how many are left over for its lines once it is ready.
     #[inline(always)]
-    pub(super) fn work_on_spectrum(&mut self, slices: usize) -> Stage {
-        if !self.frame.work(slices) {
-            return Stage::Spectrum;
-        }
+    pub(super) fn work_on_spectrum(&mut self, slices: usize) -> Option<usize> {
+        let left = self.frame.work(slices)?;
         self.note_level();
         self.lines.begin();
-        Stage::Scan(self.frame.bins.0)
+        self.stage = Stage::Scan(self.frame.bins.0);
+        Some(left)
     }
 
     /// One slice behind the spectrum; the next one.
